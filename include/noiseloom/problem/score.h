@@ -1,0 +1,53 @@
+// Relative error R (DESIGN: mean squared error after the filter over random step integrands, white noise = 1).
+//
+//   R = ( m * sum_d F(d)  -  sum_{d != 0} F(d) m_d ) / ( m * F(0) )
+//
+// m_d is the mean distance between samples d apart, m the mean over all n^2 ordered pairs of the texture's samples. R
+// is a small difference of large sums, so every sum is in double and in a fixed order.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+
+#include "noiseloom/core/parallel.h"
+#include "noiseloom/problem/footprint.h"
+#include "noiseloom/problem/spec.h"
+
+namespace noiseloom {
+
+// The values of one slice, planar: [channel][y][x]. Must stay valid while the function that was given it runs.
+using SliceValues = std::function<const float*(SliceIndex)>;
+// The samples of one slice in any order, interleaved [sample][channel].
+using SliceList = std::function<std::vector<float>(SliceIndex)>;
+
+// sum over the cells j of `slice` and over all taps d of F(d) * d(s_j, s_{j+d}). Asks `values` only for slices that the
+// footprint couples with `slice`. The same bits whatever else runs.
+double weighted_distance_sum(const Footprint& footprint, DistanceKind kind, int channels, SliceIndex slice,
+                             const SliceValues& values);
+
+// m, split into tasks so that ranks and threads can share them: the mean over pairs of task k for k in [0, num_tasks),
+// combined by combine(). Exact (all n^2 pairs) for scalars and circles up to 2^26 cells, and for other spaces up to
+// 2^36 pairs; beyond, exact in first order, from all pairs inside blocks and between neighbouring blocks of a random
+// division of each slice (error stated in the .cpp).
+class MeanDistance {
+ public:
+  MeanDistance(DistanceKind kind, int channels, std::int64_t cells_per_slice, SliceIndex num_slices);
+  std::int64_t num_tasks() const;
+  double run_task(std::int64_t task, const SliceList& list) const;
+  double combine(std::span<const double> task_results) const;
+  bool exact() const;
+  // All tasks on this process.
+  double compute(const SliceList& list, ThreadPool& pool) const;
+
+ private:
+  DistanceKind kind_;
+  int channels_;
+  std::int64_t cells_per_slice_;
+  SliceIndex num_slices_;
+};
+
+// `slice_sums`: weighted_distance_sum of every slice, in slice order.
+double relative_error(const Footprint& footprint, double mean_distance, std::span<const double> slice_sums);
+
+}  // namespace noiseloom

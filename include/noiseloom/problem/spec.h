@@ -1,0 +1,63 @@
+// What the user asked for, as plain values: the part of a config that defines the problem (not how it is solved).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "noiseloom/core/extents.h"
+
+namespace noiseloom {
+
+enum class SampleKind { uniform, tent, gauss, circle, vector, sphere, hemisphere, hemisphere_cosine, disk, file };
+enum class DistanceKind { absolute, circle, euclidean, angle };
+
+struct SampleSpec {
+  SampleKind kind = SampleKind::uniform;
+  int channels = 1;  // vector: 2..8; file: found in the file; else fixed by the kind
+  std::string file;  // file: a .npy of shape [n], [n, C] (one list for all slices), [S, n] or
+                     // [S, n, C] (one per slice, in slice order); n = cells per slice
+  DistanceKind distance = DistanceKind::euclidean;  // file only: how its samples are compared
+};
+
+enum class KernelKind { box, gauss, binomial, ema, table, gauss_energy };
+
+struct KernelSpec {
+  KernelKind kind = KernelKind::box;
+  int size = 3;            // box: taps per axis
+  double sigma = 1.0;      // gauss, gauss_energy: pixels
+  int n = 2;               // binomial: n + 1 taps per axis
+  double alpha = 0.1;      // ema: weight of the current frame, (0, 1]
+  double rejection = 0.1;  // ema: probability beta that the history is rejected, [0, 1]
+  std::string file;        // table: .npy of 1 dimension (taps of each axis) or of as many as the group has axes
+};
+
+struct GroupSpec {
+  std::vector<int> axes;  // indices into Extents, in the order written
+  KernelSpec kernel;
+  double weight = 0;  // sum: given or equal, adding up to 1; product: unused
+};
+
+enum class Combine { product, sum };
+
+struct FilterSpec {
+  Combine combine = Combine::product;
+  std::vector<GroupSpec> groups;
+};
+
+enum class ValueKernelKind { distance, stbn };
+
+struct ValueKernelSpec {
+  ValueKernelKind kind = ValueKernelKind::distance;
+  double sigma_s = 1.0;  // stbn only
+};
+
+struct ProblemSpec {
+  Extents extents;
+  SampleSpec samples;
+  std::uint64_t seed = 1;
+  FilterSpec filter;
+  ValueKernelSpec value_kernel;
+};
+
+}  // namespace noiseloom

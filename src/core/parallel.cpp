@@ -1,0 +1,105 @@
+#include "noiseloom/core/parallel.h"
+
+#include <sched.h>
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "noiseloom/core/error.h"
+
+namespace noiseloom {
+
+struct ThreadPool::Impl {
+  std::vector<std::thread> threads;
+  std::mutex mutex;
+  std::condition_variable wake;
+  std::condition_variable done;
+  std::uint64_t generation = 0;
+  std::size_t busy = 0;
+  bool quit = false;
+  const std::function<void(std::int64_t, int)>* body = nullptr;
+  std::int64_t count = 0;
+  std::atomic<std::int64_t> next{0};
+  std::exception_ptr failure;
+
+  void work(int worker) {
+    for (;;) {
+      const std::int64_t index = next.fetch_add(1, std::memory_order_relaxed);
+      if (index >= count) return;
+      try {
+        (*body)(index, worker);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (!failure) failure = std::current_exception();
+        next.store(count, std::memory_order_relaxed);
+      }
+    }
+  }
+
+  void run_worker(int worker) {
+    std::uint64_t seen = 0;
+    for (;;) {
+      {
+        std::unique_lock lock(mutex);
+        wake.wait(lock, [&] { return quit || generation != seen; });
+        if (quit) return;
+        seen = generation;
+      }
+      work(worker);
+      const std::lock_guard lock(mutex);
+      if (--busy == 0) done.notify_one();
+    }
+  }
+};
+
+ThreadPool::ThreadPool(int num_threads) : impl_(std::make_unique<Impl>()) {
+  NOISELOOM_CHECK_LE(1, num_threads);
+  for (int worker = 1; worker < num_threads; ++worker) {
+    impl_->threads.emplace_back([this, worker] { impl_->run_worker(worker); });
+  }
+}
+
+ThreadPool::~ThreadPool() {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->quit = true;
+  }
+  impl_->wake.notify_all();
+  for (std::thread& thread : impl_->threads) thread.join();
+}
+
+int ThreadPool::num_threads() const { return static_cast<int>(impl_->threads.size()) + 1; }
+
+void ThreadPool::for_each(std::int64_t count, const std::function<void(std::int64_t, int)>& body) {
+  impl_->body = &body;
+  impl_->count = count;
+  impl_->failure = nullptr;
+  impl_->next.store(0, std::memory_order_relaxed);
+  const bool shared = count > 1 && !impl_->threads.empty();
+  if (shared) {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->busy = impl_->threads.size();
+    ++impl_->generation;
+  }
+  if (shared) impl_->wake.notify_all();
+  impl_->work(0);
+  if (shared) {
+    std::unique_lock lock(impl_->mutex);
+    impl_->done.wait(lock, [&] { return impl_->busy == 0; });
+  }
+  if (impl_->failure) std::rethrow_exception(impl_->failure);
+}
+
+int num_available_processors() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  if (sched_getaffinity(0, sizeof(set), &set) != 0) return 1;
+  return std::max(1, CPU_COUNT(&set));
+}
+
+}  // namespace noiseloom
