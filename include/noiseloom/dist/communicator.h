@@ -1,0 +1,73 @@
+// The ranks of a run. Wraps one MPI communicator; only src/dist sees mpi.h. Every function marked *Collective* must be
+// called by all ranks in the same order.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "noiseloom/dist/partition.h"
+
+namespace noiseloom {
+
+// MPI_Init and MPI_Finalize. When the process was not started by a launcher, MPI is still initialised (one rank).
+class MpiSession {
+ public:
+  MpiSession(int& argc, char**& argv);
+  ~MpiSession();
+  MpiSession(const MpiSession&) = delete;
+  MpiSession& operator=(const MpiSession&) = delete;
+};
+
+class Communicator {
+ public:
+  // Duplicates MPI_COMM_WORLD. *Collective*
+  static Communicator world();
+  ~Communicator();
+  Communicator(Communicator&&) noexcept;
+  // The first `num_ranks` ranks get a communicator of their own; the rest get one too, to be ignored. *Collective*
+  Communicator first_ranks(int num_ranks) const;
+
+  int rank() const;
+  int size() const;
+  bool is_root() const { return rank() == 0; }
+  // Ranks that share this rank's memory (its node). *Collective*
+  int ranks_on_node() const;
+
+  void barrier() const;                              // *Collective*
+  std::uint32_t any_bits(std::uint32_t bits) const;  // bitwise or over ranks. *Collective*
+  void sum(std::span<std::int64_t> values) const;    // integers: exact in any order. *Collective*
+  void broadcast(std::string& bytes) const;          // from rank 0. *Collective*
+  double broadcast(double value) const;              // from rank 0. *Collective*
+  // Values of all ranks, each giving those of its own block of `partition`, in the order of the partition, on every
+  // rank. *Collective*
+  std::vector<double> gather_all(const Partition& partition, std::span<const double> own) const;
+
+  // Ends the run on every rank if any rank has an error: all ranks throw EnvironmentError with the first rank's
+  // message. *Collective*
+  void agree_no_error(const std::string& own_error) const;
+
+  // Streams the block of bytes of every slice, in slice order, from its owner to rank 0. `produce` is called on the
+  // owner, `consume` on rank 0; memory for one slice at a time. If `consume` throws, the rest is drained, then every
+  // rank throws EnvironmentError with its words. *Collective*
+  void stream_to_root(const Partition& partition,
+                      const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
+                      const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const;
+  // The other way: `produce` on rank 0, `consume` on the owner; blocks may differ in size. *Collective*
+  void stream_from_root(const Partition& partition,
+                        const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
+                        const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const;
+
+  struct Impl;
+  const Impl& impl() const { return *impl_; }
+
+ private:
+  explicit Communicator(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace noiseloom

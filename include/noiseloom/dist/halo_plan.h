@@ -1,0 +1,34 @@
+// Which slices a rank must hear of, and who must hear of its own. Pure: a function of (extents, coupling offsets,
+// ranks), the same on every rank, computed once and replayed at every exchange.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "noiseloom/core/extents.h"
+#include "noiseloom/dist/partition.h"
+
+namespace noiseloom {
+
+class HaloPlan {
+ public:
+  // `offsets`: the slice offsets that couple, symmetric (with d also -d); offset zero is ignored. Footprints deeper
+  // than a rank's own slices reach several neighbours; a rank without slices needs and tells nothing.
+  HaloPlan(const Extents& extents, std::span<const Extents::SliceCoord> offsets, const Partition& partition, int rank);
+
+  // Slices of other ranks that the own ones are coupled with, ascending.
+  const std::vector<SliceIndex>& needed() const { return needed_; }
+  // Ranks other than this one that need an own slice, ascending. Requires that the slice is own.
+  const std::vector<int>& listeners(SliceIndex slice) const {
+    return listeners_[static_cast<std::size_t>(slice - begin_)];
+  }
+  // Number of (own slice, listener) pairs: messages that one sweep sends.
+  std::int64_t messages_per_sweep() const;
+
+ private:
+  SliceIndex begin_ = 0;
+  std::vector<SliceIndex> needed_;
+  std::vector<std::vector<int>> listeners_;
+};
+
+}  // namespace noiseloom

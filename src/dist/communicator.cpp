@@ -1,0 +1,186 @@
+#include "noiseloom/dist/communicator.h"
+
+#include <algorithm>
+#include <array>
+#include <exception>
+
+#include "dist/mpi_impl.h"
+#include "noiseloom/core/error.h"
+
+namespace noiseloom {
+namespace {
+
+constexpr int stream_tag = 1;
+// MPI counts are ints: larger blocks travel in pieces.
+constexpr std::size_t piece_bytes = std::size_t{1} << 30;
+
+void send_block(const Communicator::Impl& impl, int to, std::span<const std::byte> block) {
+  const std::uint64_t size = block.size();
+  check_mpi(MPI_Send(&size, 1, MPI_UINT64_T, to, stream_tag, impl.comm), "MPI_Send");
+  for (std::size_t at = 0; at < block.size(); at += piece_bytes) {
+    const int count = static_cast<int>(std::min(piece_bytes, block.size() - at));
+    check_mpi(MPI_Send(block.data() + at, count, MPI_BYTE, to, stream_tag, impl.comm), "MPI_Send");
+  }
+}
+
+void receive_block(const Communicator::Impl& impl, int from, std::vector<std::byte>& block) {
+  std::uint64_t size = 0;
+  check_mpi(MPI_Recv(&size, 1, MPI_UINT64_T, from, stream_tag, impl.comm, MPI_STATUS_IGNORE), "MPI_Recv");
+  block.resize(size);
+  for (std::size_t at = 0; at < block.size(); at += piece_bytes) {
+    const int count = static_cast<int>(std::min(piece_bytes, block.size() - at));
+    check_mpi(MPI_Recv(block.data() + at, count, MPI_BYTE, from, stream_tag, impl.comm, MPI_STATUS_IGNORE), "MPI_Recv");
+  }
+}
+
+// Runs `call` unless an earlier one failed; keeps the first failure's words.
+template <class Call>
+void guarded(std::string& error, const Call& call) {
+  if (!error.empty()) return;
+  try {
+    call();
+  } catch (const std::exception& failure) {
+    error = failure.what();
+    if (error.empty()) error = "unknown failure";
+  }
+}
+
+}  // namespace
+
+void check_mpi(int code, const char* what) {
+  if (code == MPI_SUCCESS) return;
+  std::array<char, MPI_MAX_ERROR_STRING> text{};
+  int length = 0;
+  MPI_Error_string(code, text.data(), &length);
+  throw EnvironmentError(std::string(what) + ": " + std::string(text.data(), static_cast<std::size_t>(length)));
+}
+
+MpiSession::MpiSession(int& argc, char**& argv) {
+  int provided = 0;
+  check_mpi(MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided), "MPI_Init_thread");
+}
+MpiSession::~MpiSession() { MPI_Finalize(); }
+
+Communicator::Communicator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
+  check_mpi(MPI_Comm_set_errhandler(impl_->comm, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
+  check_mpi(MPI_Comm_rank(impl_->comm, &impl_->rank), "MPI_Comm_rank");
+  check_mpi(MPI_Comm_size(impl_->comm, &impl_->size), "MPI_Comm_size");
+}
+Communicator::Communicator(Communicator&&) noexcept = default;
+Communicator::~Communicator() {
+  if (impl_ && impl_->comm != MPI_COMM_NULL) MPI_Comm_free(&impl_->comm);
+}
+
+Communicator Communicator::world() {
+  auto impl = std::make_unique<Impl>();
+  check_mpi(MPI_Comm_dup(MPI_COMM_WORLD, &impl->comm), "MPI_Comm_dup");
+  return Communicator(std::move(impl));
+}
+
+Communicator Communicator::first_ranks(int num_ranks) const {
+  auto impl = std::make_unique<Impl>();
+  const int color = rank() < num_ranks ? 0 : 1;
+  check_mpi(MPI_Comm_split(impl_->comm, color, rank(), &impl->comm), "MPI_Comm_split");
+  return Communicator(std::move(impl));
+}
+
+int Communicator::rank() const { return impl_->rank; }
+int Communicator::size() const { return impl_->size; }
+
+int Communicator::ranks_on_node() const {
+  MPI_Comm node = MPI_COMM_NULL;
+  check_mpi(MPI_Comm_split_type(impl_->comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node), "MPI_Comm_split_type");
+  int count = 1;
+  MPI_Comm_size(node, &count);
+  MPI_Comm_free(&node);
+  return count;
+}
+
+void Communicator::barrier() const { check_mpi(MPI_Barrier(impl_->comm), "MPI_Barrier"); }
+
+std::uint32_t Communicator::any_bits(std::uint32_t bits) const {
+  if (size() == 1) return bits;
+  std::uint32_t all = 0;
+  check_mpi(MPI_Allreduce(&bits, &all, 1, MPI_UINT32_T, MPI_BOR, impl_->comm), "MPI_Allreduce");
+  return all;
+}
+
+void Communicator::sum(std::span<std::int64_t> values) const {
+  if (size() == 1) return;
+  check_mpi(
+      MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_INT64_T, MPI_SUM, impl_->comm),
+      "MPI_Allreduce");
+}
+
+void Communicator::broadcast(std::string& bytes) const {
+  std::uint64_t length = bytes.size();
+  check_mpi(MPI_Bcast(&length, 1, MPI_UINT64_T, 0, impl_->comm), "MPI_Bcast");
+  bytes.resize(length);
+  check_mpi(MPI_Bcast(bytes.data(), narrow<int>(length), MPI_BYTE, 0, impl_->comm), "MPI_Bcast");
+}
+
+double Communicator::broadcast(double value) const {
+  check_mpi(MPI_Bcast(&value, 1, MPI_DOUBLE, 0, impl_->comm), "MPI_Bcast");
+  return value;
+}
+
+std::vector<double> Communicator::gather_all(const Partition& partition, std::span<const double> own) const {
+  NOISELOOM_CHECK_EQ(partition.num_ranks(), size());
+  NOISELOOM_CHECK_EQ(static_cast<SliceIndex>(own.size()), partition.count(rank()));
+  std::vector<int> counts(static_cast<std::size_t>(size()));
+  std::vector<int> starts(static_cast<std::size_t>(size()));
+  for (int r = 0; r < size(); ++r) {
+    counts[static_cast<std::size_t>(r)] = partition.count(r);
+    starts[static_cast<std::size_t>(r)] = partition.begin(r);
+  }
+  std::vector<double> all(static_cast<std::size_t>(partition.num_slices()));
+  check_mpi(MPI_Allgatherv(own.data(), static_cast<int>(own.size()), MPI_DOUBLE, all.data(), counts.data(),
+                           starts.data(), MPI_DOUBLE, impl_->comm),
+            "MPI_Allgatherv");
+  return all;
+}
+
+void Communicator::agree_no_error(const std::string& own_error) const {
+  const int none = size();
+  int first = own_error.empty() ? none : rank();
+  check_mpi(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, impl_->comm), "MPI_Allreduce");
+  if (first == none) return;
+  std::string message = own_error;
+  std::uint64_t length = message.size();
+  check_mpi(MPI_Bcast(&length, 1, MPI_UINT64_T, first, impl_->comm), "MPI_Bcast");
+  message.resize(length);
+  check_mpi(MPI_Bcast(message.data(), narrow<int>(length), MPI_BYTE, first, impl_->comm), "MPI_Bcast");
+  throw EnvironmentError(message);
+}
+
+void Communicator::stream_to_root(const Partition& partition,
+                                  const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
+                                  const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const {
+  std::string error;
+  std::vector<std::byte> block;
+  for (SliceIndex slice = 0; slice < partition.num_slices(); ++slice) {
+    const int owner = partition.owner(slice);
+    if (owner == rank()) guarded(error, [&] { produce(slice, block); });
+    if (owner == rank() && !is_root()) send_block(*impl_, 0, block);
+    if (is_root() && owner != 0) receive_block(*impl_, owner, block);
+    if (is_root()) guarded(error, [&] { consume(slice, block); });
+  }
+  agree_no_error(error);
+}
+
+void Communicator::stream_from_root(const Partition& partition,
+                                    const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
+                                    const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const {
+  std::string error;
+  std::vector<std::byte> block;
+  for (SliceIndex slice = 0; slice < partition.num_slices(); ++slice) {
+    const int owner = partition.owner(slice);
+    if (is_root()) guarded(error, [&] { produce(slice, block); });
+    if (is_root() && owner != 0) send_block(*impl_, owner, block);
+    if (owner == rank() && !is_root()) receive_block(*impl_, 0, block);
+    if (owner == rank()) guarded(error, [&] { consume(slice, block); });
+  }
+  agree_no_error(error);
+}
+
+}  // namespace noiseloom

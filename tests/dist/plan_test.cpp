@@ -1,0 +1,78 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "noiseloom/dist/halo_plan.h"
+#include "noiseloom/dist/partition.h"
+
+namespace noiseloom {
+namespace {
+
+TEST(Partition, CoversEverySliceOnceInOrder) {
+  for (const SliceIndex slices : {1, 2, 7, 31, 64, 101}) {
+    for (int ranks = 1; ranks <= 64; ++ranks) {
+      const Partition partition(slices, ranks);
+      EXPECT_EQ(partition.begin(0), 0);
+      EXPECT_EQ(partition.end(ranks - 1), slices);
+      for (int rank = 0; rank < ranks; ++rank) {
+        EXPECT_LE(partition.count(rank), (slices + ranks - 1) / ranks);
+        for (SliceIndex slice = partition.begin(rank); slice < partition.end(rank); ++slice) {
+          EXPECT_EQ(partition.owner(slice), rank);
+        }
+      }
+    }
+  }
+}
+
+std::vector<Extents::SliceCoord> within(int reach_t, int reach_z) {
+  std::vector<Extents::SliceCoord> offsets;
+  for (int z = -reach_z; z <= reach_z; ++z) {
+    for (int t = -reach_t; t <= reach_t; ++t) offsets.push_back({t, z});
+  }
+  return offsets;
+}
+
+class HaloPlans : public testing::TestWithParam<std::pair<int, int>> {};
+
+TEST_P(HaloPlans, SendWhatPeersReceive) {
+  const Extents extents({2, 2, 7, 5});
+  const auto offsets = within(GetParam().first, GetParam().second);
+  for (int ranks = 1; ranks <= 64; ++ranks) {
+    const Partition partition(extents.num_slices(), ranks);
+    std::vector<HaloPlan> plans;
+    for (int rank = 0; rank < ranks; ++rank) plans.emplace_back(extents, offsets, partition, rank);
+    for (int rank = 0; rank < ranks; ++rank) {
+      // What a rank needs, found the slow way.
+      std::set<SliceIndex> needed;
+      for (SliceIndex slice = partition.begin(rank); slice < partition.end(rank); ++slice) {
+        for (const auto& offset : offsets) {
+          const SliceIndex other = extents.slice_at(slice, offset);
+          if (partition.owner(other) != rank) needed.insert(other);
+        }
+      }
+      const auto& plan = plans[static_cast<std::size_t>(rank)];
+      EXPECT_TRUE(std::equal(needed.begin(), needed.end(), plan.needed().begin(), plan.needed().end()));
+      for (int peer = 0; peer < ranks; ++peer) {
+        for (SliceIndex slice = partition.begin(peer); slice < partition.end(peer); ++slice) {
+          const auto& listeners = plans[static_cast<std::size_t>(peer)].listeners(slice);
+          EXPECT_EQ(std::binary_search(listeners.begin(), listeners.end(), rank), needed.contains(slice));
+        }
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Reaches, HaloPlans,
+                         testing::Values(std::pair{0, 0}, std::pair{1, 0}, std::pair{3, 1}, std::pair{9, 2}));
+
+TEST(HaloPlan, NothingIsSentWithoutCoupling) {
+  const Extents extents({3, 3, 11});
+  const Partition partition(11, 4);
+  const HaloPlan plan(extents, within(0, 0), partition, 1);
+  EXPECT_TRUE(plan.needed().empty());
+  EXPECT_EQ(plan.messages_per_sweep(), 0);
+}
+
+}  // namespace
+}  // namespace noiseloom
