@@ -1,0 +1,60 @@
+// The values of one slice, laid out for the inner loops: planar, with a border that repeats the torus, so that a tap is
+// an offset and never wraps.
+//
+//   element (channel c, x, y) at  c * plane_size + (y + reach_y) * stride + x + reach_x,   -reach_x <= x < width +
+//   reach_x
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "noiseloom/problem/footprint.h"
+
+namespace noiseloom {
+
+struct FieldLayout {
+  std::int64_t width = 0;
+  std::int64_t height = 0;
+  std::int64_t reach_x = 0;
+  std::int64_t reach_y = 0;
+  std::int64_t stride = 0;
+  std::int64_t plane_size = 0;
+  int channels = 1;
+
+  // Reads of up to `slack` floats past a row's end stay inside the plane.
+  static constexpr std::int64_t slack = 32;
+  FieldLayout() = default;
+  FieldLayout(const Footprint& footprint, int num_channels);
+
+  std::int64_t num_floats() const { return plane_size * channels; }
+  // Position of a cell in a plane.
+  std::int64_t at(Cell cell) const { return (cell / width + reach_y) * stride + cell % width + reach_x; }
+};
+
+class SliceField {
+ public:
+  SliceField() = default;
+  explicit SliceField(const FieldLayout& layout)
+      : layout_(layout), data_(static_cast<std::size_t>(layout.num_floats())) {}
+
+  const FieldLayout& layout() const { return layout_; }
+  const float* plane(int channel) const { return data_.data() + channel * layout_.plane_size; }
+  float value(Cell cell, int channel) const { return plane(channel)[layout_.at(cell)]; }
+  // Copies the sample of a cell to out[0..channels).
+  void get(Cell cell, float* out) const;
+  // Writes the sample and its images in the border.
+  void set(Cell cell, const float* sample);
+  void swap(Cell a, Cell b);
+  // sample [cell] = list[permutation[cell]], list interleaved.
+  void fill(std::span<const std::uint32_t> permutation, std::span<const float> list);
+  // Without the border: [channel][y][x], or interleaved [y][x][channel].
+  std::vector<float> planar() const;
+  void interleaved(std::span<float> out) const;
+
+ private:
+  FieldLayout layout_;
+  std::vector<float> data_;
+};
+
+}  // namespace noiseloom

@@ -1,0 +1,72 @@
+// One visit of one slice: candidate pairs are drawn, judged against a frozen copy of all other slices, and swapped.
+// What comes out is the list of swaps, in order; whoever holds the slice applies it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "noiseloom/dist/halo_exchange.h"
+#include "noiseloom/optimize/swap_delta.h"
+
+namespace noiseloom {
+
+struct Visit {
+  SliceIndex slice = 0;
+  std::uint32_t sweep = 0;
+  std::uint64_t seed = 0;
+};
+
+struct VisitResult {
+  std::vector<Swap> swaps;
+  std::int64_t candidates = 0;
+};
+
+// Partners that are near in sample space: ids (positions in a locality-preserving order of the slice's samples) whose
+// distance is drawn log-uniformly between n / lowest_divisor and n / 2.
+class PartnerDraw {
+ public:
+  PartnerDraw(std::int64_t num_samples, double lowest_divisor, bool circular);
+  // The partner's id for two words of random bits; it may be `id` itself.
+  std::uint32_t partner(std::uint32_t id, std::uint32_t bits) const;
+
+ private:
+  std::int64_t num_samples_;
+  bool circular_;
+  std::vector<double> steps_;  // quantiles of the distance
+};
+
+// Metropolis at one temperature; n / 2 candidates for n cells, in order, each seeing the swaps before it. temperature 0
+// accepts improvements and ties only. Draws: Purpose::proposal (seed, slice, sweep, candidate).
+class AnnealMover {
+ public:
+  AnnealMover(const FieldLayout& layout, std::unique_ptr<SwapDelta> delta);
+  VisitResult visit(const Visit& visit, double temperature, const PartnerDraw& partners, const SliceField& field,
+                    std::span<const std::uint32_t> permutation, const FieldOf& others);
+  // Mean |dE| of `count` candidates of the visit, none of them carried out.
+  double mean_magnitude(const Visit& visit, std::int64_t count, const PartnerDraw& partners, const SliceField& field,
+                        std::span<const std::uint32_t> permutation, const FieldOf& others);
+
+ private:
+  struct Candidate;
+  Candidate draw(const Visit& visit, std::uint64_t index, const PartnerDraw& partners) const;
+  void load(const SliceField& field, std::span<const std::uint32_t> permutation);
+
+  std::unique_ptr<SwapDelta> delta_;
+  SliceField field_;
+  std::vector<std::uint32_t> id_at_;
+  std::vector<std::uint32_t> cell_of_;
+};
+
+// The paper's step [FAST24, section 4.1]: every cell is paired with another by a random involution, all pairs are
+// judged from the frozen state, and of a random fraction gamma of them those are swapped that lower the energy.
+class PairingMover {
+ public:
+  explicit PairingMover(std::unique_ptr<SwapDelta> delta) : delta_(std::move(delta)) {}
+  VisitResult visit(const Visit& visit, double fraction, const SliceField& field, const FieldOf& others);
+
+ private:
+  std::unique_ptr<SwapDelta> delta_;
+};
+
+}  // namespace noiseloom

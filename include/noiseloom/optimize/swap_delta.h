@@ -1,0 +1,37 @@
+// The change of the energy when two samples of a slice change places.
+//
+//   E = sum over ordered pairs j != k of F(j - k) K(s_j, s_k)
+//   dE = 2 sum_{k != i, j} (F(i - k) - F(j - k)) (K(s_j, s_k) - K(s_i, s_k))          [FAST24, eq. 8, for any K]
+//
+// evaluated as two sums over the footprint, centred at i and at j, less the term of the pair itself.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "noiseloom/optimize/slice_field.h"
+#include "noiseloom/optimize/spec.h"
+#include "noiseloom/problem/footprint.h"
+#include "noiseloom/problem/value_kernel.h"
+
+namespace noiseloom {
+
+// The field of another slice of the texture, by index. Must stay valid and unchanged while a SwapDelta is bound.
+using FieldOf = std::function<const SliceField&(SliceIndex)>;
+
+// Evaluates one slice at a time; one object per thread.
+class SwapDelta {
+ public:
+  virtual ~SwapDelta() = default;
+  // Sets the slice whose samples move, `own` (which the caller changes between calls of delta), and the slices around
+  // it.
+  virtual void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) = 0;
+  // dE for swapping the samples of cells i != j of the bound slice.
+  virtual double delta(Cell i, Cell j) const = 0;
+};
+
+// Arithmetic in float or double, in an order that does not depend on the machine. The footprint must outlive the
+// object.
+std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision);
+
+}  // namespace noiseloom

@@ -1,0 +1,340 @@
+#include "noiseloom/optimize/engine.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+#include "noiseloom/optimize/colour_classes.h"
+#include "noiseloom/problem/score.h"
+
+namespace noiseloom {
+namespace {
+
+// What the slice that is judged first says about the size of dE.
+constexpr std::int64_t magnitude_candidates = 4096;
+
+double lowest_divisor(DistanceKind kind) {
+  return kind == DistanceKind::absolute || kind == DistanceKind::circle ? 64 : 512;
+}
+
+std::vector<Extents::SliceCoord> coupled_offsets(const Footprint& footprint) {
+  std::vector<Extents::SliceCoord> offsets;
+  for (const SliceTaps& slice : footprint.slices()) offsets.push_back(slice.offset);
+  return offsets;
+}
+
+std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint& footprint) {
+  if (method == Method::anneal) return colour_classes(footprint);
+  std::vector<SliceIndex> all(static_cast<std::size_t>(footprint.extents().num_slices()));
+  std::iota(all.begin(), all.end(), 0);
+  return {all};
+}
+
+}  // namespace
+
+TemperatureRange temperature_range(const OptimizerSpec& optimizer) {
+  return {optimizer.temperature_start > 0 ? optimizer.temperature_start : 0.25,
+          optimizer.temperature_end > 0 ? optimizer.temperature_end : 2.5e-4};
+}
+
+struct Engine::Impl {
+  const ProblemSpec& problem;
+  const OptimizerSpec& optimizer;
+  const SampleSource& source;
+  const Communicator& communicator;
+  ThreadPool& pool;
+
+  Footprint score_footprint;
+  Footprint footprint;
+  ValueKernel kernel;
+  FieldLayout layout;
+  Partition partition;
+  HaloPlan halo;
+  HaloExchange exchange;
+  std::vector<std::vector<SliceIndex>> classes;
+  PartnerDraw partners;
+  std::vector<AnnealMover> anneal_movers;  // one for each thread
+  std::vector<PairingMover> pairing_movers;
+
+  std::map<SliceIndex, SliceField> fields;               // own and needed
+  std::vector<std::vector<std::uint32_t>> permutations;  // own
+  EngineState state;
+  std::int64_t own_accepted = 0;
+  std::int64_t own_candidates = 0;
+  std::int64_t candidates_done = 0;
+
+  Impl(const ProblemSpec& p, const OptimizerSpec& o, const SampleSource& s, const Communicator& c, ThreadPool& t)
+      : problem(p),
+        optimizer(o),
+        source(s),
+        communicator(c),
+        pool(t),
+        score_footprint(p.extents, p.filter),
+        footprint(p.extents, p.filter, o.cutoff),
+        kernel(make_value_kernel(p, s.channels(), s.distance())),
+        layout(footprint, s.channels()),
+        partition(p.extents.num_slices(), c.size()),
+        halo(p.extents, coupled_offsets(score_footprint), partition, c.rank()),
+        exchange(c, halo, partition),
+        classes(classes_for(o.method, footprint)),
+        partners(p.extents.cells_per_slice(), lowest_divisor(s.distance()), s.distance() == DistanceKind::circle),
+        permutations(static_cast<std::size_t>(partition.count(c.rank()))) {
+    for (int worker = 0; worker < pool.num_threads(); ++worker) {
+      auto delta = make_swap_delta(footprint, kernel, optimizer.precision);
+      if (optimizer.method == Method::anneal) {
+        anneal_movers.emplace_back(layout, std::move(delta));
+      } else {
+        pairing_movers.emplace_back(std::move(delta));
+      }
+    }
+  }
+
+  bool owns(SliceIndex slice) const { return partition.owner(slice) == communicator.rank(); }
+  std::vector<std::uint32_t>& permutation(SliceIndex slice) {
+    return permutations[static_cast<std::size_t>(slice - partition.begin(communicator.rank()))];
+  }
+  FieldOf field_of() const {
+    return [this](SliceIndex slice) -> const SliceField& { return fields.at(slice); };
+  }
+
+  std::vector<SliceIndex> held() const {
+    std::vector<SliceIndex> slices(static_cast<std::size_t>(partition.count(communicator.rank())));
+    std::iota(slices.begin(), slices.end(), partition.begin(communicator.rank()));
+    slices.insert(slices.end(), halo.needed().begin(), halo.needed().end());
+    return slices;
+  }
+
+  void fill(const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation_of) {
+    const std::vector<SliceIndex> slices = held();
+    for (const SliceIndex slice : slices) fields.emplace(slice, layout);
+    pool.for_each(static_cast<std::int64_t>(slices.size()), [&](std::int64_t index, int) {
+      const SliceIndex slice = slices[static_cast<std::size_t>(index)];
+      std::vector<std::uint32_t> ids = permutation_of(slice);
+      fields.at(slice).fill(ids, source.list(slice));
+      if (owns(slice)) permutation(slice) = std::move(ids);
+    });
+  }
+
+  double mean_distance() {
+    const MeanDistance mean(source.distance(), source.channels(), problem.extents.cells_per_slice(),
+                            problem.extents.num_slices());
+    const Partition tasks(narrow<SliceIndex>(mean.num_tasks()), communicator.size());
+    const SliceIndex begin = tasks.begin(communicator.rank());
+    std::vector<double> own(static_cast<std::size_t>(tasks.count(communicator.rank())));
+    pool.for_each(static_cast<std::int64_t>(own.size()), [&](std::int64_t index, int) {
+      own[static_cast<std::size_t>(index)] =
+          mean.run_task(begin + index, [this](SliceIndex slice) { return source.list(slice); });
+    });
+    return mean.combine(communicator.gather_all(tasks, own));
+  }
+
+  // Mean |dE| in slice 0 at the start, the same on every rank.
+  double mean_magnitude() {
+    double magnitude = 0;
+    if (owns(0)) {
+      magnitude = anneal_movers[0].mean_magnitude({0, 0, problem.seed}, magnitude_candidates, partners, fields.at(0),
+                                                  permutation(0), field_of());
+    }
+    return communicator.broadcast(magnitude);  // slice 0 is always rank 0's
+  }
+
+  double relative_error() {
+    exchange_wait();
+    const std::vector<SliceIndex> slices = held();
+    std::map<SliceIndex, std::vector<float>> planar;
+    for (const SliceIndex slice : slices) planar[slice];
+    pool.for_each(static_cast<std::int64_t>(slices.size()), [&](std::int64_t index, int) {
+      const SliceIndex slice = slices[static_cast<std::size_t>(index)];
+      planar.at(slice) = fields.at(slice).planar();
+    });
+    const auto values = [&planar](SliceIndex slice) { return planar.at(slice).data(); };
+    std::vector<double> own(permutations.size());
+    pool.for_each(static_cast<std::int64_t>(own.size()), [&](std::int64_t index, int) {
+      own[static_cast<std::size_t>(index)] = weighted_distance_sum(
+          score_footprint, source.distance(), source.channels(), slices[static_cast<std::size_t>(index)], values);
+    });
+    return noiseloom::relative_error(score_footprint, state.mean_distance, communicator.gather_all(partition, own));
+  }
+
+  void exchange_wait() {
+    exchange.wait([this](SliceIndex slice, std::span<const Swap> swaps) {
+      SliceField& field = fields.at(slice);
+      for (const Swap& swap : swaps) field.swap(swap.a, swap.b);
+    });
+  }
+
+  bool depends_on_pending(SliceIndex slice) const {
+    return std::any_of(footprint.slices().begin(), footprint.slices().end(), [&](const SliceTaps& taps) {
+      return exchange.pending(problem.extents.slice_at(slice, taps.offset));
+    });
+  }
+
+  void begin_sweep(double seconds) {
+    if (optimizer.stop.time_s > 0) state.elapsed_s = communicator.broadcast(seconds);
+    const Moment moment = moment_of(optimizer.stop, state.sweep, state.elapsed_s);
+    const TemperatureRange range = temperature_range(optimizer);
+    state.temperature = state.mean_magnitude * temperature_at(range.start, range.end, moment.fraction);
+    own_accepted = own_candidates = 0;
+  }
+
+  VisitResult visit(SliceIndex slice, int worker) {
+    const Visit visit{slice, narrow<std::uint32_t>(state.sweep), problem.seed};
+    if (optimizer.method == Method::fast) {
+      return pairing_movers[static_cast<std::size_t>(worker)].visit(visit, state.fraction, fields.at(slice),
+                                                                    field_of());
+    }
+    return anneal_movers[static_cast<std::size_t>(worker)].visit(visit, state.temperature, partners, fields.at(slice),
+                                                                 permutation(slice), field_of());
+  }
+
+  // Slices that wait for messages go last, so that the messages travel while the others move.
+  void move(const std::vector<SliceIndex>& moving) {
+    std::vector<SliceSwaps> own;
+    for (const SliceIndex slice : moving) {
+      if (owns(slice)) own.push_back({slice, {}});
+    }
+    std::vector<std::int64_t> candidates(own.size());
+    std::vector<std::size_t> order(own.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto first_waiting = std::stable_partition(order.begin(), order.end(),
+                                                     [&](std::size_t k) { return !depends_on_pending(own[k].slice); });
+    const auto visit_all = [&](auto begin, auto end) {
+      pool.for_each(end - begin, [&](std::int64_t index, int worker) {
+        const std::size_t k = *(begin + index);
+        VisitResult result = visit(own[k].slice, worker);
+        own[k].swaps = std::move(result.swaps);
+        candidates[k] = result.candidates;
+      });
+    };
+    visit_all(order.begin(), first_waiting);
+    exchange_wait();
+    visit_all(first_waiting, order.end());
+    publish(own);
+    for (const std::int64_t count : candidates) own_candidates += count;
+    exchange.begin(moving, own);
+  }
+
+  void publish(const std::vector<SliceSwaps>& moved) {
+    pool.for_each(static_cast<std::int64_t>(moved.size()), [&](std::int64_t index, int) {
+      const SliceSwaps& changes = moved[static_cast<std::size_t>(index)];
+      SliceField& field = fields.at(changes.slice);
+      std::vector<std::uint32_t>& ids = permutation(changes.slice);
+      for (const Swap& swap : changes.swaps) {
+        field.swap(swap.a, swap.b);
+        std::swap(ids[swap.a], ids[swap.b]);
+      }
+    });
+    for (const SliceSwaps& changes : moved) own_accepted += static_cast<std::int64_t>(changes.swaps.size());
+  }
+
+  void end_sweep(double seconds) {
+    const Moment moment = moment_of(optimizer.stop, state.sweep, state.elapsed_s);
+    std::int64_t counts[] = {own_accepted + state.accepted, own_candidates + state.candidates};
+    communicator.sum(counts);
+    candidates_done += own_candidates;
+    own_accepted = own_candidates = state.accepted = state.candidates = 0;
+    ++state.sweep;
+    state.step = 0;
+    const double shown = optimizer.method == Method::fast ? state.fraction : state.temperature;
+    adapt_fraction(counts[0]);
+    bool last = moment.ends_round() && optimizer.stop.iterations > 0;
+    double now = seconds;
+    bool score = score_due(moment);
+    if (optimizer.stop.time_s > 0) {
+      now = communicator.broadcast(seconds);
+      last = now >= optimizer.stop.time_s;
+      score = last || now - state.history.back().seconds >= 0.02 * optimizer.stop.time_s;
+    }
+    if (!score) return;
+    const double acceptance = counts[1] > 0 ? static_cast<double>(counts[0]) / static_cast<double>(counts[1]) : 0;
+    state.history.push_back({static_cast<double>(state.sweep), shown, acceptance, relative_error(), now});
+    decide(moment, last);
+  }
+
+  // The paper's rule: gamma doubles when fewer than gamma / 4 of all pairs were swapped.
+  void adapt_fraction(std::int64_t accepted) {
+    if (optimizer.method != Method::fast || !optimizer.grow_fraction) return;
+    const double pairs = static_cast<double>(problem.extents.num_cells()) / 2;
+    if (static_cast<double>(accepted) < state.fraction / 4 * pairs) state.fraction = std::min(1.0, 2 * state.fraction);
+  }
+
+  void decide(const Moment& moment, bool last) {
+    const StopSpec& stop = optimizer.stop;
+    const double score = state.history.back().relative_error;
+    if (last) state.finished = stop.time_s > 0 ? "time" : "iterations";
+    if (stop.score > 0 && score <= stop.score) state.finished = "score";
+    if (stop.improvement > 0 && moment.ends_round()) {
+      if (moment.round > 0 && score > (1 - stop.improvement) * state.round_score) state.finished = "improvement";
+      state.round_score = score;
+    }
+  }
+};
+
+Engine::Engine(const ProblemSpec& problem, const OptimizerSpec& optimizer, const SampleSource& source,
+               const Communicator& communicator, ThreadPool& pool)
+    : impl_(std::make_unique<Impl>(problem, optimizer, source, communicator, pool)) {}
+
+Engine::~Engine() = default;
+
+void Engine::start() {
+  const ProblemSpec& problem = impl_->problem;
+  impl_->fill(
+      [&](SliceIndex slice) { return start_permutation(problem.seed, slice, problem.extents.cells_per_slice()); });
+  impl_->state.mean_distance = impl_->mean_distance();
+  impl_->state.fraction = impl_->optimizer.fraction;
+  if (impl_->optimizer.method == Method::anneal) impl_->state.mean_magnitude = impl_->mean_magnitude();
+  impl_->state.history.push_back({0, 0, 0, impl_->relative_error(), 0});
+}
+
+void Engine::restore(const EngineState& state,
+                     const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation) {
+  impl_->state = state;
+  // Counts of the present sweep live on one rank, so that their sum stays what it was.
+  if (!impl_->communicator.is_root()) impl_->state.accepted = impl_->state.candidates = 0;
+  impl_->fill(permutation);
+}
+
+std::vector<SliceIndex> Engine::slices_held() const { return impl_->held(); }
+bool Engine::finished() const { return !impl_->state.finished.empty(); }
+
+void Engine::step(double seconds) {
+  NOISELOOM_CHECK(!finished());
+  if (impl_->state.step == 0) impl_->begin_sweep(seconds);
+  impl_->move(impl_->classes[static_cast<std::size_t>(impl_->state.step)]);
+  ++impl_->state.step;
+  if (impl_->state.step == num_classes()) impl_->end_sweep(seconds);
+}
+
+void Engine::settle() { impl_->exchange_wait(); }
+
+EngineState Engine::state() {
+  settle();
+  EngineState state = impl_->state;
+  std::int64_t counts[] = {state.accepted + impl_->own_accepted, state.candidates + impl_->own_candidates};
+  impl_->communicator.sum(counts);
+  state.accepted = counts[0];
+  state.candidates = counts[1];
+  return state;
+}
+
+const std::vector<HistoryRow>& Engine::history() const { return impl_->state.history; }
+double Engine::temperature() const { return impl_->state.temperature; }
+std::int64_t Engine::sweep() const { return impl_->state.sweep; }
+Moment Engine::moment() const { return moment_of(impl_->optimizer.stop, impl_->state.sweep, impl_->state.elapsed_s); }
+double Engine::relative_error() { return impl_->relative_error(); }
+const Partition& Engine::partition() const { return impl_->partition; }
+const HaloPlan& Engine::halo() const { return impl_->halo; }
+std::int64_t Engine::num_classes() const { return static_cast<std::int64_t>(impl_->classes.size()); }
+bool Engine::couples_slices() const { return impl_->score_footprint.couples_slices(); }
+std::int64_t Engine::bytes_sent() const { return impl_->exchange.bytes_sent(); }
+std::int64_t Engine::messages_sent() const { return impl_->exchange.messages_sent(); }
+std::int64_t Engine::candidates_done() const { return impl_->candidates_done + impl_->own_candidates; }
+const std::vector<std::uint32_t>& Engine::permutation(SliceIndex slice) const { return impl_->permutation(slice); }
+
+std::vector<float> Engine::samples(SliceIndex slice) const {
+  std::vector<float> out(static_cast<std::size_t>(impl_->layout.width * impl_->layout.height * impl_->layout.channels));
+  impl_->fields.at(slice).interleaved(out);
+  return out;
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,80 @@
+#include "noiseloom/optimize/slice_field.h"
+
+#include <algorithm>
+
+namespace noiseloom {
+
+FieldLayout::FieldLayout(const Footprint& footprint, int num_channels)
+    : width(footprint.extents().width()),
+      height(footprint.extents().height()),
+      reach_x(footprint.reach(0)),
+      reach_y(footprint.reach(1)),
+      channels(num_channels) {
+  NOISELOOM_CHECK(2 * reach_x <= width && 2 * reach_y <= height);
+  stride = width + 2 * reach_x;
+  plane_size = stride * (height + 2 * reach_y) + slack;
+}
+
+void SliceField::get(Cell cell, float* out) const {
+  const std::int64_t at = layout_.at(cell);
+  for (int c = 0; c < layout_.channels; ++c) out[c] = plane(c)[at];
+}
+
+void SliceField::set(Cell cell, const float* sample) {
+  const std::int64_t x = cell % layout_.width;
+  const std::int64_t y = cell / layout_.width;
+  // The reach is at most half the size, so a cell has at most one image on each axis.
+  const std::int64_t image_x = x < layout_.reach_x                    ? x + layout_.width
+                               : x >= layout_.width - layout_.reach_x ? x - layout_.width
+                                                                      : x;
+  const std::int64_t image_y = y < layout_.reach_y                     ? y + layout_.height
+                               : y >= layout_.height - layout_.reach_y ? y - layout_.height
+                                                                       : y;
+  for (int c = 0; c < layout_.channels; ++c) {
+    float* base = data_.data() + c * layout_.plane_size + layout_.reach_y * layout_.stride + layout_.reach_x;
+    base[y * layout_.stride + x] = sample[c];
+    if (image_x != x) base[y * layout_.stride + image_x] = sample[c];
+    if (image_y != y) base[image_y * layout_.stride + x] = sample[c];
+    if (image_x != x && image_y != y) base[image_y * layout_.stride + image_x] = sample[c];
+  }
+}
+
+void SliceField::swap(Cell a, Cell b) {
+  float sample_a[8];
+  float sample_b[8];
+  NOISELOOM_CHECK_LE(layout_.channels, 8);
+  get(a, sample_a);
+  get(b, sample_b);
+  set(a, sample_b);
+  set(b, sample_a);
+}
+
+void SliceField::fill(std::span<const std::uint32_t> permutation, std::span<const float> list) {
+  for (std::size_t cell = 0; cell < permutation.size(); ++cell) {
+    set(static_cast<Cell>(cell),
+        list.data() + std::size_t{permutation[cell]} * static_cast<std::size_t>(layout_.channels));
+  }
+}
+
+std::vector<float> SliceField::planar() const {
+  const Cell cells = layout_.width * layout_.height;
+  std::vector<float> values(static_cast<std::size_t>(cells * layout_.channels));
+  for (int c = 0; c < layout_.channels; ++c) {
+    for (std::int64_t y = 0; y < layout_.height; ++y) {
+      const float* row = plane(c) + layout_.at(y * layout_.width);
+      std::copy(row, row + layout_.width, values.begin() + c * cells + y * layout_.width);
+    }
+  }
+  return values;
+}
+
+void SliceField::interleaved(std::span<float> out) const {
+  NOISELOOM_CHECK_EQ(static_cast<std::int64_t>(out.size()), layout_.width * layout_.height * layout_.channels);
+  for (int c = 0; c < layout_.channels; ++c) {
+    for (Cell cell = 0; cell < layout_.width * layout_.height; ++cell) {
+      out[static_cast<std::size_t>(cell * layout_.channels + c)] = plane(c)[layout_.at(cell)];
+    }
+  }
+}
+
+}  // namespace noiseloom
