@@ -33,15 +33,25 @@ void receive_block(const Communicator::Impl& impl, int from, std::vector<std::by
   }
 }
 
-// Runs `call` unless an earlier one failed; keeps the first failure's words.
+// Runs `call` unless an earlier one failed; keeps the first failure.
 template <class Call>
-void guarded(std::string& error, const Call& call) {
-  if (!error.empty()) return;
+void guarded(std::exception_ptr& failure, const Call& call) {
+  if (failure) return;
   try {
     call();
-  } catch (const std::exception& failure) {
-    error = failure.what();
-    if (error.empty()) error = "unknown failure";
+  } catch (...) {
+    failure = std::current_exception();
+  }
+}
+
+// A failure as bytes: 'u' for a UserError, 'e' for anything else, then its words.
+std::string packed_failure(const std::exception_ptr& failure) {
+  try {
+    std::rethrow_exception(failure);
+  } catch (const UserError& error) {
+    return std::string("u") + error.what();
+  } catch (const std::exception& error) {
+    return std::string("e") + error.what();
   }
 }
 
@@ -140,47 +150,64 @@ std::vector<double> Communicator::gather_all(const Partition& partition, std::sp
   return all;
 }
 
-void Communicator::agree_no_error(const std::string& own_error) const {
+void Communicator::agree(std::exception_ptr own) const {
   const int none = size();
-  int first = own_error.empty() ? none : rank();
+  int first = own ? rank() : none;
   check_mpi(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, impl_->comm), "MPI_Allreduce");
   if (first == none) return;
-  std::string message = own_error;
+  std::string message = first == rank() ? packed_failure(own) : "";
   std::uint64_t length = message.size();
   check_mpi(MPI_Bcast(&length, 1, MPI_UINT64_T, first, impl_->comm), "MPI_Bcast");
   message.resize(length);
   check_mpi(MPI_Bcast(message.data(), narrow<int>(length), MPI_BYTE, first, impl_->comm), "MPI_Bcast");
-  throw EnvironmentError(message);
+  if (message.front() == 'u') throw UserError("", message.substr(1));
+  throw EnvironmentError(message.substr(1));
+}
+
+void Communicator::together(const std::function<void()>& body) const {
+  std::exception_ptr failure;
+  guarded(failure, body);
+  agree(failure);
+}
+
+void Communicator::on_root(const std::function<void()>& body) const {
+  together([&] {
+    if (is_root()) body();
+  });
 }
 
 void Communicator::stream_to_root(const Partition& partition,
                                   const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
                                   const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const {
-  std::string error;
+  std::exception_ptr failure;
   std::vector<std::byte> block;
   for (SliceIndex slice = 0; slice < partition.num_slices(); ++slice) {
     const int owner = partition.owner(slice);
-    if (owner == rank()) guarded(error, [&] { produce(slice, block); });
+    if (owner == rank()) guarded(failure, [&] { produce(slice, block); });
     if (owner == rank() && !is_root()) send_block(*impl_, 0, block);
     if (is_root() && owner != 0) receive_block(*impl_, owner, block);
-    if (is_root()) guarded(error, [&] { consume(slice, block); });
+    if (is_root()) guarded(failure, [&] { consume(slice, block); });
   }
-  agree_no_error(error);
+  agree(failure);
 }
 
-void Communicator::stream_from_root(const Partition& partition,
-                                    const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
-                                    const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const {
-  std::string error;
+void Communicator::stream_to_all(SliceIndex num_slices,
+                                 const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
+                                 const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const {
+  std::exception_ptr failure;
   std::vector<std::byte> block;
-  for (SliceIndex slice = 0; slice < partition.num_slices(); ++slice) {
-    const int owner = partition.owner(slice);
-    if (is_root()) guarded(error, [&] { produce(slice, block); });
-    if (is_root() && owner != 0) send_block(*impl_, owner, block);
-    if (owner == rank() && !is_root()) receive_block(*impl_, 0, block);
-    if (owner == rank()) guarded(error, [&] { consume(slice, block); });
+  for (SliceIndex slice = 0; slice < num_slices; ++slice) {
+    if (is_root()) guarded(failure, [&] { produce(slice, block); });
+    std::uint64_t size = block.size();
+    check_mpi(MPI_Bcast(&size, 1, MPI_UINT64_T, 0, impl_->comm), "MPI_Bcast");
+    block.resize(size);
+    for (std::size_t at = 0; at < block.size(); at += piece_bytes) {
+      const int count = static_cast<int>(std::min(piece_bytes, block.size() - at));
+      check_mpi(MPI_Bcast(block.data() + at, count, MPI_BYTE, 0, impl_->comm), "MPI_Bcast");
+    }
+    guarded(failure, [&] { consume(slice, block); });
   }
-  agree_no_error(error);
+  agree(failure);
 }
 
 }  // namespace noiseloom

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <span>
@@ -47,9 +48,13 @@ class Communicator {
   // rank. *Collective*
   std::vector<double> gather_all(const Partition& partition, std::span<const double> own) const;
 
-  // Ends the run on every rank if any rank has an error: all ranks throw EnvironmentError with the first rank's
-  // message. *Collective*
-  void agree_no_error(const std::string& own_error) const;
+  // If any rank has an exception, all throw that of the lowest such rank: UserError as UserError, anything else as
+  // EnvironmentError with its words. *Collective*
+  void agree(std::exception_ptr own) const;
+  // Calls `body` on every rank, or on rank 0 alone, then agrees; so that no rank throws alone before a collective.
+  // *Collective*
+  void together(const std::function<void()>& body) const;
+  void on_root(const std::function<void()>& body) const;
 
   // Streams the block of bytes of every slice, in slice order, from its owner to rank 0. `produce` is called on the
   // owner, `consume` on rank 0; memory for one slice at a time. If `consume` throws, the rest is drained, then every
@@ -57,10 +62,10 @@ class Communicator {
   void stream_to_root(const Partition& partition,
                       const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
                       const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const;
-  // The other way: `produce` on rank 0, `consume` on the owner; blocks may differ in size. *Collective*
-  void stream_from_root(const Partition& partition,
-                        const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
-                        const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const;
+  // The other way: `produce` on rank 0, `consume` on every rank; memory for one slice at a time. The same rule for
+  // errors. *Collective*
+  void stream_to_all(SliceIndex num_slices, const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
+                     const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const;
 
   struct Impl;
   const Impl& impl() const { return *impl_; }
