@@ -1,0 +1,30 @@
+// NumPy's .npy files: reads plain numbers, writes float32.
+//
+// Format: "\x93NUMPY", version, length of the header, a Python dict (descr, fortran_order, shape), the raw array
+// [NumPy Enhancement Proposal 1].
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace noiseloom {
+
+struct NpyArray {
+  std::vector<std::int64_t> shape;  // last dimension varies fastest; empty for a single number
+  std::vector<double> values;       // every accepted type fits without loss
+};
+
+// Reads float32, float64 and integers of 8 to 64 bits, little endian, C order, format 1 to 3. UserError, naming the
+// path and what was found, for anything else: another type or order, integers beyond 2^53, a header that is none, too
+// few or too many bytes. NaN and inf are passed on.
+NpyArray read_npy(const std::string& path);
+
+// What stands before the values of a float32 array of that shape: for writers that stream.
+std::string npy_float32_header(std::span<const std::int64_t> shape);
+
+// Requires as many values as the shape says. EnvironmentError if the file cannot be written.
+void write_npy(const std::string& path, std::span<const std::int64_t> shape, std::span<const float> values);
+
+}  // namespace noiseloom
