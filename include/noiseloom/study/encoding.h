@@ -1,0 +1,66 @@
+// How sample values become the numbers of an image, and back.
+//
+//   integers of n bits:  b = floor(2^n u), clamped;  u = (b + 0.5) / 2^n
+//   u = (v - lo) / (hi - lo)
+//
+// lo..hi is 0..1 for scalars and vectors in the unit cube and -1..1 for directions and disks (u = 0.5 + 0.5 v).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "noiseloom/problem/spec.h"
+
+namespace noiseloom {
+
+// The stored number u in [0, 1] stands for lo + (hi - lo) u. lo < hi.
+struct ValueRange {
+  double lo = 0;
+  double hi = 1;
+  friend bool operator==(const ValueRange&, const ValueRange&) = default;
+};
+
+// The range that the values of a sample space fill; none for spaces without bounds (gauss) or known ones (file).
+std::optional<ValueRange> natural_range(const SampleSpec& samples);
+
+// "LO:HI" to a range. Throws UserError unless both are finite numbers and lo < hi.
+ValueRange parse_range(const std::string& text);
+
+// The number as a person writes it: shortest digits that read back to the same double.
+std::string shortest_number(double value);
+
+inline double to_unit(const ValueRange& range, double value) { return (value - range.lo) / (range.hi - range.lo); }
+inline double from_unit(const ValueRange& range, double u) { return range.lo + (range.hi - range.lo) * u; }
+
+// floor(2^bits u), clamped to what fits; NaN gives 0. Requires bits <= 16.
+inline std::uint16_t quantise(double u, int bits) {
+  const double levels = static_cast<double>(1 << bits);
+  const double scaled = u * levels;
+  if (!(scaled >= 0)) return 0;
+  return static_cast<std::uint16_t>(scaled >= levels ? levels - 1 : scaled);
+}
+// (b + 0.5) / 2^bits: the middle of the step.
+inline double dequantise(std::uint16_t b, int bits) { return (b + 0.5) / static_cast<double>(1 << bits); }
+
+// What one channel of an image pixel holds: a channel of the sample (>= 0), zero or the density.
+inline constexpr int zero_channel = -1;
+inline constexpr int density_channel = -2;
+
+enum class ImageFormat { png, tiff, exr, hdr };
+
+// The channels of an image of `format` for samples of `channels` channels.
+//   png, tiff  1: Y    2: R G 0    3: RGB    4: RGBA    5..8: tiff only
+//   exr        1: Y    2: R G      3: RGB    4: RGBA    5..8: c0..c7
+//   hdr        RGB always: scalars three times, 2: R G 0
+// With density, alpha holds it: png, tiff always RGBA (a scalar three times), exr one channel more.
+struct PixelLayout {
+  std::vector<int> source;
+  std::vector<std::string> names;
+  int alpha = -1;  // index of the alpha channel
+};
+// None where the format cannot hold it; `why` then says what is possible.
+std::optional<PixelLayout> pixel_layout(ImageFormat format, int channels, bool with_density, std::string& why);
+
+}  // namespace noiseloom

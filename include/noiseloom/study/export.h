@@ -1,0 +1,56 @@
+// Run files to images and arrays.
+//
+// Everything is checked before the first byte is written, files appear whole or not at all (output_files.h), and what
+// is stored is described in encoding.h.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "noiseloom/io/file_ops.h"
+#include "noiseloom/io/run_file.h"
+#include "noiseloom/study/image_io.h"
+#include "noiseloom/study/naming.h"
+
+namespace noiseloom {
+
+// As written on the command line; empty means "not given".
+struct ExportOptions {
+  std::string output;  // a file, a pattern of files or a folder
+  std::string format;  // png, exr, tiff, hdr, npy, raw; from the extension of `output`, else png
+  std::string layout;  // slices, strip, exr-multipart
+  std::string depth;   // 8, 16, 32f
+  std::string naming;  // plain, nvidia, ea, a pattern
+  std::string slices;  // "a:b": a, a + 1, ..., b - 1
+  std::string range;   // "lo:hi"
+  bool with_density = false;
+  bool overwrite = false;
+};
+
+enum class ExportLayout { slices, strip, parts, array };
+
+struct ExportPlan {
+  std::string format;                // the name, as in the options
+  std::optional<ImageFormat> image;  // none: npy, raw
+  ExportLayout layout = ExportLayout::slices;
+  PixelType type = PixelType::uint8;
+  SliceIndex begin = 0;
+  SliceIndex end = 0;
+  // Stored numbers are to_unit(range, value); none: the values themselves.
+  std::optional<ValueRange> range;
+  PixelLayout pixel;
+  bool with_density = false;
+  std::vector<std::string> targets;  // one file a slice, or one file
+};
+
+// What is to be written where. `name` is the run file's path. Throws UserError with every fault.
+ExportPlan plan_export(const std::string& name, const RunFileContent& content, const ProblemSpec& problem,
+                       const ExportOptions& options);
+
+// Returns the files written. Throws UserError (nothing was written) or EnvironmentError (nothing is left behind).
+std::vector<std::string> export_run_file(const std::string& path, const ExportOptions& options, FileOps& ops);
+
+}  // namespace noiseloom

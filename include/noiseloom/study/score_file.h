@@ -1,0 +1,33 @@
+// R of a texture that is in memory: under the filter of its config and under others (problem/score.h has the formula).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "noiseloom/core/parallel.h"
+#include "noiseloom/problem/spec.h"
+#include "noiseloom/study/texture_file.h"
+
+namespace noiseloom {
+
+struct FilterScore {
+  std::string filter;  // in words
+  double relative_error = 1;
+};
+
+struct TextureScore {
+  double relative_error = 1;      // under the config's filter; white noise: 1
+  bool exact = true;              // false where the mean distance is taken from a part of all pairs
+  std::vector<double> per_slice;  // what each slice contributes: R is their mean
+  std::vector<FilterScore> others;
+};
+
+// Filters over x and y alone that textures are commonly compared by: box 3 and 5, gauss 1.0, binomial 3x3; and, where
+// there is a slice axis, ema 0.1 along the first one alone.
+std::vector<FilterSpec> standard_filters(const Extents& extents);
+
+// Requires distance `kind` to fit the texture's channels.
+TextureScore score_texture(const Texture& texture, DistanceKind kind, const FilterSpec& filter,
+                           const std::vector<FilterSpec>& others, ThreadPool& pool);
+
+}  // namespace noiseloom
