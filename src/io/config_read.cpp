@@ -13,12 +13,14 @@ std::string joined(const std::string& parent, std::string_view key) {
   return parent.empty() ? std::string(key) : parent + '.' + std::string(key);
 }
 
-// Long lists are cut: the line number leads to the rest.
+// Long lists are cut, between characters of UTF-8: the line number leads to the rest.
 std::string shortened(const Value& value) {
   constexpr std::size_t longest = 60;
   std::string text = to_text(value);
-  if (text.size() > longest) text = text.substr(0, longest - 4) + " ...";
-  return text;
+  if (text.size() <= longest) return text;
+  std::size_t end = longest - 4;
+  while ((static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  return text.substr(0, end) + " ...";
 }
 
 }  // namespace
@@ -85,29 +87,30 @@ void ConfigReader::read_key(const std::vector<const Setting*>& rows, const Value
                              toml_string(current_word(row(decider), target))));
   }
   const Setting& setting = **applying;
-  if (value != nullptr && setting.planned) {
-    return fault(*value, shown, "planned, but this version does not have it");
-  }
   if (value != nullptr) return read_value(setting, *value, shown, target);
   if (setting.required) {
-    fault(parent.place, fmt::format("{}: missing; must be {}", shown, setting.accepted()));
+    fault(parent.place, setting.type == Type::table
+                            ? fmt::format("{0}: missing; a config needs the table [{0}]", shown)
+                            : fmt::format("{}: missing; must be {}", shown, setting.accepted()));
     undecided_.push_back(setting.key);
   }
 }
 
 void ConfigReader::report_unknown_keys(const Table& table, std::string_view pattern, const std::string& shown,
                                        const Target& target) {
-  std::vector<std::string> applicable;
   std::vector<std::string> known;
+  std::vector<std::string> usable;
+  std::string list;
   for (const Setting* setting : below(pattern)) {
     known.emplace_back(setting->leaf());
-    if (!setting->planned && decided(*setting) && applies(*setting, target)) applicable.emplace_back(setting->leaf());
+    const bool listed = std::find(usable.begin(), usable.end(), setting->leaf()) != usable.end();
+    if (listed || (decided(*setting) && !applies(*setting, target))) continue;
+    usable.emplace_back(setting->leaf());
+    list += (list.empty() ? "" : ", ") + usable.back();
   }
   for (const Entry& entry : table) {
     if (std::find(known.begin(), known.end(), entry.key) != known.end()) continue;
-    const std::string near = nearest_word(entry.key, applicable);
-    std::string list;
-    for (const std::string& key : applicable) list += (list.empty() ? "" : ", ") + key;
+    const std::string near = nearest_word(entry.key, usable);
     fault(entry.place, fmt::format("{}: unknown key; {}accepted: {}", joined(shown, entry.key),
                                    near.empty() ? "" : "did you mean " + toml_string(near) + "? ", list));
   }

@@ -81,7 +81,10 @@ void ConfigReader::set_extents(const Value& value, const std::string& shown, con
 void ConfigReader::read_samples(const Setting& setting, const Value& value, const std::string& shown,
                                 const Target& target) {
   SampleSpec& samples = config_.problem.samples;
-  if (value.table() != nullptr) {
+  if (const Table* table = value.table()) {
+    if (const Value* image = find(*table, "image")) {
+      return fault(*image, shown + ".image", "planned, but this version does not have it");
+    }
     samples.kind = SampleKind::file;
     return read_table(value, setting.key, shown, target);
   }
@@ -173,18 +176,18 @@ void ConfigReader::check_weights(const Value& groups, const std::string& shown) 
     fault(groups.place, fmt::format("{}: {} of {} groups have a weight; all must, or none (equal shares)", shown,
                                     num_given, specs.size()));
   } else if (sound && std::abs(sum - 1) > 1e-6) {
-    fault(groups.place, fmt::format("{}: weights add up to {}; must add up to 1", shown, number_text(sum)));
+    fault(groups.place, fmt::format("{}: weights add up to {:.7g}; must add up to 1", shown, sum));
   }
 }
 
 void ConfigReader::read_stop(const Value& value, const std::string& shown, const Target& target) {
   Value rules = value;
   if (Table* table = rules.table()) {
-    const auto overrides = [](const Entry& entry) { return entry.place.is_override; };
+    const auto overrides = [](const Entry& entry) { return entry.value.place.is_override; };
     const bool overridden = std::any_of(table->begin(), table->end(), overrides);
     if (overridden) std::erase_if(*table, [&](const Entry& entry) { return !overrides(entry); });
     if (table->size() != 1) {
-      const Place& place = overridden ? table->back().place : value.place;
+      const Place& place = overridden ? table->back().value.place : value.place;
       return fault(place, fmt::format("{} = {}: must have exactly one of iterations, time, score, improvement", shown,
                                       to_text(rules)));
     }

@@ -28,7 +28,7 @@ class ConfigWriter {
   Items items(std::string_view parent, const Target& target) {
     Items result;
     for (const Setting* setting : below(parent)) {
-      if (setting->planned || !applies(*setting, target)) continue;
+      if (!applies(*setting, target)) continue;
       std::string value = value_text(*setting, target);
       if (!value.empty()) result.emplace_back(setting->leaf(), std::move(value));
     }

@@ -64,7 +64,6 @@ struct Setting {
   Condition when = {};
   bool required = false;
   bool zero_is_unset = false;  // no value of its own: zero means that the config does not say
-  bool planned = false;
 
   std::string_view leaf() const { return key.substr(key.rfind('.') + 1); }
   // "integer, at least 1": what the value must be.

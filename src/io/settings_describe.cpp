@@ -74,7 +74,6 @@ std::string described(const Setting& setting) {
 std::string describe_settings() {
   std::string text;
   for (const Setting& setting : settings::all()) {
-    if (setting.planned) continue;
     if (setting.key.find('.') == std::string_view::npos) {
       text += fmt::format("{}[{}]  {}\n", text.empty() ? "" : "\n", setting.key, setting.sentence);
     } else {

@@ -107,7 +107,6 @@ std::span<const Setting> all() {
        .sentence = "How samples from a file are compared.",
        .field = [](const Target& t) -> Field { return &t.config->problem.samples.distance; },
        .words = distance_table},
-      {.key = "texture.samples.image", .type = Type::file, .sentence = "", .planned = true},
       {.key = "texture.seed",
        .type = Type::integer,
        .sentence = "Another seed gives another texture of the same quality; the same seed gives the same bytes.",
