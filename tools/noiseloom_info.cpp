@@ -1,0 +1,131 @@
+// info: what a run file holds and how far it got.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "noiseloom/io/checkpoint.h"
+#include "noiseloom_commands.h"
+#include "noiseloom_progress.h"
+
+namespace noiseloom {
+namespace {
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (c == '\n') {
+      out += "\\n";
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
+std::string text_of(const Attribute& value) {
+  return std::visit(
+      [](const auto& held) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(held)>, std::string>)
+          return held;
+        else
+          return fmt::format("{}", held);
+      },
+      value);
+}
+
+std::string json_of(const Attribute& value) {
+  return std::holds_alternative<std::string>(value) ? quoted(std::get<std::string>(value)) : text_of(value);
+}
+
+std::string json_object(const std::map<std::string, Attribute>& attributes) {
+  std::string out;
+  for (const auto& [name, value] : attributes) {
+    out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", quoted(name), json_of(value));
+  }
+  return "{" + out + "}";
+}
+
+void print_json(const RunFileContent& content) {
+  std::string sizes;
+  for (int axis = 0; axis < content.extents.num_axes(); ++axis) {
+    sizes +=
+        fmt::format("{}{}: {}", axis == 0 ? "" : ", ", quoted(content.extents.name(axis)), content.extents.size(axis));
+  }
+  std::string history;
+  for (const auto& [column, values] : content.history) {
+    history += fmt::format("{}{}: [{}]", history.empty() ? "" : ", ", quoted(column), fmt::join(values, ", "));
+  }
+  std::string checksums;
+  for (const auto& [dataset, digest] : content.checksums) {
+    checksums += fmt::format("{}{}: {}", checksums.empty() ? "" : ", ", quoted(dataset), quoted(digest));
+  }
+  fmt::print(
+      "{{\"size\": {{{}}}, \"state\": {}, \"checksums\": {{{}}}, \"history\": {{{}}}, \"provenance\": {}, \"config\": "
+      "{}}}\n",
+      sizes, json_object(content.state), checksums, history, json_object(content.provenance), quoted(content.config));
+}
+
+void print_history(const EngineState& state) {
+  fmt::print("\n   sweep  temperature  accepted        R    seconds\n");
+  const std::size_t rows = state.history.size();
+  for (std::size_t row = 0; row < rows; ++row) {
+    // A dozen rows say it; --json has all.
+    if (rows > 14 && row % (rows / 12) != 0 && row + 1 != rows) continue;
+    const HistoryRow& entry = state.history[row];
+    fmt::print("{:8}  {:11.4g}  {:7.2f} %  {:.5f}  {:9.1f}\n", entry.sweep, entry.temperature, 100 * entry.acceptance,
+               entry.relative_error, entry.seconds);
+  }
+}
+
+void print_text(const std::string& path, const RunFileContent& content) {
+  const EngineState state = engine_state(content);
+  fmt::print("{}: {}", path, content.extents.to_string());
+  for (int axis = 0; axis < content.extents.num_axes(); ++axis)
+    fmt::print("{}{}", axis == 0 ? " (" : ", ", content.extents.name(axis));
+  fmt::print(")\n");
+  if (state.finished.empty()) {
+    fmt::print("not finished: stopped in sweep {}; go on with generate --resume\n", state.sweep);
+  } else {
+    fmt::print("finished after {} sweeps by stop.{}\n", state.sweep, state.finished);
+  }
+  if (!state.history.empty()) fmt::print("R {:.5f} (white noise 1)\n", state.history.back().relative_error);
+  for (const auto& dataset : content.datasets) {
+    fmt::print("  {:20} {}  checksum {}\n", dataset.name,
+               dataset.type == ElementType::float32  ? "float32"
+               : dataset.type == ElementType::uint32 ? "uint32"
+                                                     : "uint64",
+               content.checksums.at(dataset.name));
+  }
+  print_history(state);
+  fmt::print("\nprovenance\n");
+  for (const auto& [name, value] : content.provenance) fmt::print("  {:14} {}\n", name, text_of(value));
+  fmt::print("\nconfig\n{}", content.config);
+}
+
+}  // namespace
+
+int run_info(int argc, char** argv) {
+  CLI::App app("Checks a run file and says what it holds: size, state, checksums, score history, provenance, config.");
+  app.name("noiseloom info");
+  std::string path;
+  bool json = false;
+  app.add_option("RUN", path, "run file")->required();
+  app.add_flag("--json", json, "everything, the whole history too, as one JSON object");
+  try {
+    app.parse(argc - 1, argv + 1);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() != 0) throw UserError("command line", error.what());
+    return app.exit(error);
+  }
+  const RunFileReader reader(path);
+  if (json) {
+    print_json(reader.content());
+  } else {
+    print_text(path, reader.content());
+  }
+  return exit_done;
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,190 @@
+// plan: what a run would take, before it is started.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+
+#include "noiseloom/dist/halo_plan.h"
+#include "noiseloom/io/config.h"
+#include "noiseloom/optimize/colour_classes.h"
+#include "noiseloom/optimize/slice_mover.h"
+#include "noiseloom/problem/sample_space.h"
+#include "noiseloom_commands.h"
+#include "noiseloom_progress.h"
+
+namespace noiseloom {
+namespace {
+
+// Share of candidates that are swapped, averaged over a cooling run; what the exchange is estimated from.
+constexpr double typical_acceptance = 0.15;
+
+std::string bytes_text(double bytes) {
+  for (const char* unit : {"B", "KiB", "MiB", "GiB"}) {
+    if (bytes < 1024) return fmt::format("{:.4g} {}", bytes, unit);
+    bytes /= 1024;
+  }
+  return fmt::format("{:.4g} TiB", bytes);
+}
+
+// Seconds for one candidate on this machine, one thread: measured on slice 0 against copies of itself.
+double seconds_per_candidate(const RunConfig& config, const SampleSource& source, const Footprint& footprint) {
+  const ProblemSpec& problem = config.problem;
+  const FieldLayout layout(footprint, source.channels());
+  SliceField field(layout);
+  const auto ids = start_permutation(problem.seed, 0, problem.extents.cells_per_slice());
+  field.fill(ids, source.list(0));
+  const auto delta = make_swap_delta(footprint, make_value_kernel(problem, source.channels(), source.distance()),
+                                     config.optimizer.precision);
+  delta->bind(0, field, [&field](SliceIndex) -> const SliceField& { return field; });
+  const auto begun = std::chrono::steady_clock::now();
+  const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); };
+  const Cell cells = problem.extents.cells_per_slice();
+  std::int64_t candidates = 0;
+  double sum = 0;
+  while (cells > 1 && elapsed() < 0.3) {
+    for (int k = 0; k < 64; ++k, ++candidates)
+      sum += delta->delta(candidates * 7919 % cells, (candidates * 7919 + 1) % cells);
+  }
+  return candidates > 0 && sum == sum ? elapsed() / static_cast<double>(candidates) : 0;
+}
+
+struct RankPlan {
+  std::int64_t slices;
+  std::int64_t halo_slices;
+  double bytes;
+};
+
+class Plan {
+ public:
+  Plan(const RunConfig& config, int ranks)
+      : config_(config),
+        extents_(config.problem.extents),
+        source_(config.problem.samples, extents_.cells_per_slice(), extents_.num_slices(), config.problem.seed),
+        footprint_(extents_, config.problem.filter),
+        partition_(extents_.num_slices(), ranks) {
+    for (const SliceTaps& slice : footprint_.slices()) offsets_.push_back(slice.offset);
+  }
+
+  void print() const;
+
+ private:
+  RankPlan rank_plan(const HaloPlan& halo, int rank) const;
+  void print_effects() const;
+  void print_exchange(std::int64_t messages) const;
+
+  const RunConfig& config_;
+  const Extents& extents_;
+  SampleSource source_;
+  Footprint footprint_;
+  Partition partition_;
+  std::vector<Extents::SliceCoord> offsets_;
+};
+
+// Fields of own and halo slices, ids of own ones, and for scoring another copy of the values.
+RankPlan Plan::rank_plan(const HaloPlan& halo, int rank) const {
+  const FieldLayout layout(footprint_, source_.channels());
+  const auto held = static_cast<double>(partition_.count(rank)) + static_cast<double>(halo.needed().size());
+  const double values = static_cast<double>(extents_.cells_per_slice()) * 4;
+  const double bytes = held * (static_cast<double>(layout.num_floats()) * 4 + values * source_.channels()) +
+                       static_cast<double>(partition_.count(rank)) * values;
+  return {partition_.count(rank), static_cast<std::int64_t>(halo.needed().size()), bytes};
+}
+
+void Plan::print_effects() const {
+  const ProblemSpec& problem = config_.problem;
+  fmt::print("texture    {} ({} samples, {} channel{})\n", extents_.to_string(), extents_.num_cells(),
+             source_.channels(), source_.channels() == 1 ? "" : "s");
+  fmt::print("samples    {}, each of {} slices stratified on its own\n", sample_space_name(problem.samples),
+             extents_.num_slices());
+  fmt::print("footprint  {} taps, reach", footprint_.num_taps());
+  for (int axis = 0; axis < extents_.num_axes(); ++axis)
+    fmt::print(" {} {}", extents_.name(axis), footprint_.reach(axis));
+  fmt::print("\n");
+  for (int axis = 0; axis < extents_.num_axes(); ++axis) {
+    fmt::print("effect     {}: {}\n", extents_.name(axis),
+               footprint_.reach(axis) > 0 ? "on" : "off (no group couples this axis; it costs nothing)");
+  }
+}
+
+void Plan::print_exchange(std::int64_t messages) const {
+  if (!footprint_.couples_slices()) {
+    fmt::print("exchange   none: slices are not coupled\n");
+  } else if (partition_.num_ranks() == 1) {
+    fmt::print("exchange   none: one rank\n");
+  } else {
+    const double swaps = typical_acceptance * static_cast<double>(extents_.cells_per_slice()) / 2;
+    fmt::print("exchange   {} slice updates a sweep, about {} (8 B a swap, {:.0f} % of the candidates)\n", messages,
+               bytes_text(static_cast<double>(messages) * swaps * 8), 100 * typical_acceptance);
+  }
+}
+
+void Plan::print() const {
+  print_effects();
+  std::int64_t messages = 0;
+  double most = 0;
+  const int ranks = partition_.num_ranks();
+  fmt::print("ranks      {}\n", ranks);
+  for (int rank = 0; rank < ranks; ++rank) {
+    const HaloPlan halo(extents_, offsets_, partition_, rank);
+    messages += halo.messages_per_sweep();
+    const RankPlan plan = rank_plan(halo, rank);
+    most = std::max(most, plan.bytes);
+    if (ranks <= 16 || rank < 4 || rank + 2 >= ranks) {
+      fmt::print("  rank {:4}  {} slices, {} halo slices, {}\n", rank, plan.slices, plan.halo_slices,
+                 bytes_text(plan.bytes));
+    } else if (rank == 4) {
+      fmt::print("  ...\n");
+    }
+  }
+  fmt::print("memory     at most {} a rank\n", bytes_text(most));
+  print_exchange(messages);
+  const double file =
+      static_cast<double>(extents_.num_cells()) * (4.0 * source_.channels() + 4 + (source_.has_pdf() ? 4 : 0));
+  fmt::print("run file   {} (and as much for the generation before it)\n", bytes_text(file));
+
+  const double each =
+      seconds_per_candidate(config_, source_, Footprint(extents_, config_.problem.filter, config_.optimizer.cutoff));
+  const double sweep = each * static_cast<double>(extents_.num_cells()) / 2;
+  const auto classes = config_.optimizer.method == Method::anneal ? colour_classes(footprint_).size() : 1;
+  const double busy =
+      std::min<double>(ranks, static_cast<double>(extents_.num_slices()) / static_cast<double>(classes));
+  fmt::print("speed      {:.3g} us a candidate, measured here on one thread; {} colour class{}\n", each * 1e6, classes,
+             classes == 1 ? "" : "es");
+  if (config_.optimizer.stop.iterations > 0) {
+    fmt::print("time       about {} for {} iterations on {} rank{} of one thread\n",
+               duration_text(sweep * static_cast<double>(config_.optimizer.stop.iterations) / std::max(1.0, busy)),
+               config_.optimizer.stop.iterations, ranks, ranks == 1 ? "" : "s");
+  } else {
+    fmt::print("time       one iteration takes about {} on one thread\n", duration_text(sweep));
+  }
+}
+
+}  // namespace
+
+int run_plan(int argc, char** argv) {
+  if (std::string(argv[1]) == "--help-config") {
+    fmt::print("{}", describe_settings());
+    return exit_done;
+  }
+  CLI::App app("Says what a run would take (memory, messages, time) and which effects are on, without starting it.");
+  app.name("noiseloom plan");
+  std::string path;
+  std::vector<std::string> overrides;
+  int ranks = 1;
+  app.add_option("CONFIG", path, "config (TOML)")->required();
+  app.add_option("--ranks", ranks, "MPI ranks to plan for (default 1)");
+  app.add_option("--set", overrides, "override a setting, as for generate")->allow_extra_args(false);
+  try {
+    app.parse(argc - 1, argv + 1);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() != 0) throw UserError("command line", error.what());
+    return app.exit(error);
+  }
+  if (ranks < 1) throw UserError("command line", fmt::format("--ranks {}: must be at least 1", ranks));
+  const RunConfig config = load_config(path, overrides);
+  Plan(config, ranks).print();
+  return exit_done;
+}
+
+}  // namespace noiseloom
