@@ -1,15 +1,35 @@
 // The overlap F of the user's filter on the torus: what the energy and the score weigh pairs with.
 //
 //   product: F = prod_g F_g        sum: F = sum_g w_g F_g * [offset is zero on the axes not in g]
-//   F_g(d) = sum_i f(i) f(i + d)   (gauss_energy: exp(-r^2 / 2 sigma^2) itself; ema: eq. 17)   [FAST24, section 3]
+//   F_g(d) = sum_i f(i) f(i + d)                                                              [FAST24, section 3]
 //
-// Taps are folded onto the torus, so each offset occurs once; F is symmetric. On an axis that no group names, a product
-// or sum couples offset zero only.
+// Taps are folded onto the torus, so each offset occurs once; F(d) and F(-d) are the same bits. On an axis that no
+// group names, a product or sum couples offset zero only. All filters have unit sum, except tables (taken as they are)
+// and gauss_energy:
+//
+//   box, gauss, binomial   along each axis of the group. gauss: the Gaussian integrated over each pixel, taps added
+//                          outward from the centre until their sum reaches 0.995, then normalised.
+//   ema                    along each axis of the group [FAST24, eq. 14-17]:
+//                            F(d) = sum_{m >= 1} beta (1 - beta)^(m-1) sum_k f^(m)(k) f^(m)(k + d)
+//                          i.e. eq. 17 with the history m frames long, m = 1 being the current frame alone: f^(0) is
+//                          no filter at all, so the sum starts at 1 and its weights are scaled to add up to one
+//                          (R does not depend on that scale). It runs to infinity, wrapped on the torus, where the
+//                          paper stops at the length n of the texture: F then has unit sum for every n, tends to
+//                          eq. 15 for beta -> 0 and exists for n = 1. The published 64-slice texture has R = 0.08399
+//                          under this reading and 0.08400 under the other; sum(F) / F(0) for alpha = beta = 0.1,
+//                          n = 32 is 2.485 (62.1 with box 5) against 2.403. beta = 0 is eq. 15.
+//   table                  a .npy file: one dimension, the taps along each axis of the group; or as many dimensions as
+//                          the group has axes, in file order (the last dimension is the first of these axes in the
+//                          texture: [t, y, x] for axes x, y, t, however the group lists them). Any finite taps, not
+//                          all zero.
+//   gauss_energy           F_g(d) = exp(-r^2 / 2 sigma^2) itself, r over all axes of the group, images on the torus
+//                          added up; left out where that is below 1e-6. F_g(0) = 1 on a wide torus.  [STBN22, eq. 4]
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "noiseloom/core/extents.h"
@@ -32,16 +52,17 @@ struct SliceTaps {
 
 class Footprint {
  public:
-  // Reads and checks table files (UserError). `cutoff` drops taps below cutoff * F(0).
+  // Reads and checks table files (UserError). `cutoff` drops taps below cutoff * F(0). Weights of a sum that are all
+  // zero stand for equal ones.
   Footprint(const Extents& extents, const FilterSpec& filter, double cutoff = 0);
 
   const Extents& extents() const { return extents_; }
   // F(0), with what folding adds to it; not among the taps.
   double weight_zero() const { return weight_zero_; }
-  // Sum of F over all offsets, zero included.
+  // Sum of F over all offsets that are kept, zero included.
   double weight_sum() const { return weight_sum_; }
-  // Taps by slice offset; element 0 is offset zero (possibly without taps), the rest ordered by offset. All weights
-  // non-zero.
+  // Taps by slice offset; element 0 is offset zero (possibly without taps), the rest ordered by their coordinates, the
+  // last axis counting most. All weights non-zero.
   std::span<const SliceTaps> slices() const { return slices_; }
   std::int64_t num_taps() const;
   bool couples_slices() const { return slices_.size() > 1; }
@@ -49,7 +70,8 @@ class Footprint {
   std::int32_t reach(int axis) const;
 
   // Set where F(dx, dy, slice offset) = plane(dx, dy) * along(slice offset) for all offsets: `plane` includes (0, 0),
-  // `along` includes offset zero. What the low-rank temporal background is built from.
+  // `along` has offset zero first. Of the filter before the cutoff, as a cut product is none. Always set where no two
+  // slices are coupled. What the low-rank temporal background is built from.
   struct Factors {
     std::vector<PlaneTap> plane;
     std::vector<std::pair<Extents::SliceCoord, double>> along;

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <vector>
 
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/problem/footprint.h"
@@ -21,19 +22,22 @@ using SliceValues = std::function<const float*(SliceIndex)>;
 // The samples of one slice in any order, interleaved [sample][channel].
 using SliceList = std::function<std::vector<float>(SliceIndex)>;
 
-// sum over the cells j of `slice` and over all taps d of F(d) * d(s_j, s_{j+d}). Asks `values` only for slices that the
-// footprint couples with `slice`. The same bits whatever else runs.
+// The share of `slice` in sum_j sum_d F(d) d(s_j, s_{j+d}) over all cells j of the texture and all taps d: the pairs
+// of cells that have one end in `slice`, those between two slices from one side only and twice, so only the sum over
+// all slices is that sum. Asks `values` for `slice` and for slices that the footprint couples with it. The same bits
+// whatever else runs. Cost: about half of num_taps() * cells_per_slice() distances.
 double weighted_distance_sum(const Footprint& footprint, DistanceKind kind, int channels, SliceIndex slice,
                              const SliceValues& values);
 
-// m, split into tasks so that ranks and threads can share them: the mean over pairs of task k for k in [0, num_tasks),
-// combined by combine(). Exact (all n^2 pairs) for scalars and circles up to 2^26 cells, and for other spaces up to
-// 2^36 pairs; beyond, exact in first order, from all pairs inside blocks and between neighbouring blocks of a random
-// division of each slice (error stated in the .cpp).
+// m, split into tasks so that ranks and threads can share them: m is the sum of what the tasks return, added up in
+// order by combine(). Exact (all n^2 pairs) for scalars and circles up to 2^26 cells, and for other spaces up to 2^36
+// pairs; beyond, exact in first order, from all pairs inside blocks and between neighbouring blocks of a random
+// division of each slice (error stated in mean_distance.cpp).
 class MeanDistance {
  public:
   MeanDistance(DistanceKind kind, int channels, std::int64_t cells_per_slice, SliceIndex num_slices);
   std::int64_t num_tasks() const;
+  // Tasks do not depend on each other; each asks for the lists that it needs.
   double run_task(std::int64_t task, const SliceList& list) const;
   double combine(std::span<const double> task_results) const;
   bool exact() const;
@@ -47,7 +51,7 @@ class MeanDistance {
   SliceIndex num_slices_;
 };
 
-// `slice_sums`: weighted_distance_sum of every slice, in slice order.
+// `slice_sums`: weighted_distance_sum of every slice, in slice order. 1 where all samples are equal (m = 0).
 double relative_error(const Footprint& footprint, double mean_distance, std::span<const double> slice_sums);
 
 }  // namespace noiseloom

@@ -1,0 +1,131 @@
+#include "noiseloom/problem/footprint.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "compensated_sum.h"
+#include "overlap.h"
+
+namespace noiseloom {
+namespace {
+
+Overlap nothing_coupled() { return {{}, {{{}, 1.0}}}; }
+
+Overlap product(std::span<const Overlap> overlaps) {
+  Overlap result = nothing_coupled();
+  for (const Overlap& overlap : overlaps) result = multiply(result, overlap);
+  return result;
+}
+
+std::vector<Overlap> product_overlaps(const Extents& extents, const FilterSpec& filter) {
+  std::vector<Overlap> overlaps;
+  for (const GroupSpec& group : filter.groups) {
+    for (Overlap& overlap : group_overlaps(extents, group)) overlaps.push_back(std::move(overlap));
+  }
+  return overlaps;
+}
+
+std::vector<OverlapTap> sum_taps(const Extents& extents, const FilterSpec& filter) {
+  const bool all_equal =
+      std::all_of(filter.groups.begin(), filter.groups.end(), [](const GroupSpec& group) { return group.weight == 0; });
+  std::vector<OverlapTap> taps;
+  for (const GroupSpec& group : filter.groups) {
+    const double weight = all_equal ? 1.0 / static_cast<double>(filter.groups.size()) : group.weight;
+    NOISELOOM_CHECK(weight >= 0);
+    for (OverlapTap tap : product(group_overlaps(extents, group)).taps) {
+      tap.weight *= weight;
+      taps.push_back(tap);
+    }
+  }
+  return taps;
+}
+
+bool is_zero(const Offset& offset) {
+  return std::all_of(offset.begin(), offset.end(), [](std::int32_t d) { return d == 0; });
+}
+
+Extents::SliceCoord slice_part(const Offset& offset) {
+  Extents::SliceCoord coord{};
+  std::copy(offset.begin() + 2, offset.end(), coord.begin());
+  return coord;
+}
+
+std::vector<PlaneTap> plane_taps(std::span<const OverlapTap> taps) {
+  std::vector<PlaneTap> plane;
+  for (const OverlapTap& tap : taps) plane.push_back({tap.offset[0], tap.offset[1], tap.weight});
+  return plane;
+}
+
+// Set where no overlap couples an axis of the plane with a slice axis.
+std::optional<Footprint::Factors> product_factors(std::span<const Overlap> overlaps) {
+  std::vector<Overlap> plane;
+  std::vector<Overlap> along;
+  for (const Overlap& overlap : overlaps) {
+    const auto in_plane = std::count_if(overlap.axes.begin(), overlap.axes.end(), [](int axis) { return axis < 2; });
+    if (in_plane != 0 && in_plane != std::ssize(overlap.axes)) return std::nullopt;
+    (in_plane != 0 ? plane : along).push_back(overlap);
+  }
+  Footprint::Factors factors{plane_taps(ordered(product(plane).taps)), {}};
+  for (const OverlapTap& tap : ordered(product(along).taps)) {
+    factors.along.emplace_back(slice_part(tap.offset), tap.weight);
+  }
+  return factors;
+}
+
+bool couples_slices(std::span<const OverlapTap> taps) {
+  return !taps.empty() && slice_part(taps.back().offset) != Extents::SliceCoord{};
+}
+
+}  // namespace
+
+Footprint::Footprint(const Extents& extents, const FilterSpec& filter, double cutoff) : extents_(extents) {
+  NOISELOOM_CHECK(!filter.groups.empty());
+  NOISELOOM_CHECK(cutoff >= 0);
+  std::vector<OverlapTap> taps;
+  if (filter.combine == Combine::product) {
+    const std::vector<Overlap> overlaps = product_overlaps(extents, filter);
+    taps = ordered(product(overlaps).taps);
+    factors_ = product_factors(overlaps);
+  } else {
+    taps = ordered(sum_taps(extents, filter));
+  }
+  if (!factors_ && !noiseloom::couples_slices(taps)) {
+    factors_ = Factors{plane_taps(taps), {{Extents::SliceCoord{}, 1.0}}};
+  }
+
+  const auto zero = std::find_if(taps.begin(), taps.end(), [](const OverlapTap& tap) { return is_zero(tap.offset); });
+  NOISELOOM_CHECK(zero != taps.end());
+  weight_zero_ = zero->weight;
+  slices_.push_back({Extents::SliceCoord{}, {}});
+  CompensatedSum sum;
+  sum.add(weight_zero_);
+  for (const OverlapTap& tap : taps) {
+    if (is_zero(tap.offset) || std::abs(tap.weight) < cutoff * weight_zero_) continue;
+    const Extents::SliceCoord slice = slice_part(tap.offset);
+    if (slices_.back().offset != slice) slices_.push_back({slice, {}});
+    slices_.back().taps.push_back({tap.offset[0], tap.offset[1], tap.weight});
+    sum.add(tap.weight);
+  }
+  weight_sum_ = sum.value();
+}
+
+std::int64_t Footprint::num_taps() const {
+  std::int64_t count = 0;
+  for (const SliceTaps& slice : slices_) count += std::ssize(slice.taps);
+  return count;
+}
+
+std::int32_t Footprint::reach(int axis) const {
+  std::int32_t largest = 0;
+  for (const SliceTaps& slice : slices_) {
+    if (axis >= 2) {
+      largest = std::max(largest, std::abs(slice.offset[static_cast<std::size_t>(axis - 2)]));
+      continue;
+    }
+    for (const PlaneTap& tap : slice.taps) largest = std::max(largest, std::abs(axis == 0 ? tap.dx : tap.dy));
+  }
+  return largest;
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,28 @@
+// Distances inside and between blocks of samples: all pairs, by sorting where the space is one-dimensional.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "noiseloom/problem/spec.h"
+
+namespace noiseloom {
+
+// A block of samples. One-dimensional spaces: ascending. Others: planar, [channel][sample].
+struct SampleBlock {
+  std::size_t size = 0;
+  std::vector<double> values;
+};
+
+bool is_one_dimensional(DistanceKind kind);
+
+// From interleaved samples [sample][channel].
+SampleBlock make_block(DistanceKind kind, int channels, std::span<const float> samples);
+
+// Sum over all ordered pairs of one block, a sample with itself included.
+double self_distance_sum(DistanceKind kind, int channels, const SampleBlock& block);
+// Sum over all pairs of a sample of `a` and one of `b`.
+double cross_distance_sum(DistanceKind kind, int channels, const SampleBlock& a, const SampleBlock& b);
+
+}  // namespace noiseloom

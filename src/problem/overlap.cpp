@@ -1,0 +1,232 @@
+#include "overlap.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "noiseloom/core/math.h"
+
+namespace noiseloom {
+namespace {
+
+// A Gaussian is cut where the sum of its taps reaches this [FAST24, reference tool].
+constexpr double gauss_coverage = 0.995;
+// gauss_energy: offsets of smaller weight are left out.
+constexpr double gauss_energy_cut = 1e-6;
+
+std::vector<double> normalised(std::vector<double> taps) {
+  double sum = 0;
+  for (const double tap : taps) sum += tap;
+  for (double& tap : taps) tap /= sum;
+  return taps;
+}
+
+// How often each cell of a ring is hit by `count` consecutive taps of weight 1.
+std::vector<double> box_taps(std::int64_t count, std::int64_t size) {
+  NOISELOOM_CHECK_LE(1, count);
+  if (count <= size) return std::vector<double>(static_cast<std::size_t>(count), 1.0);
+  std::vector<double> taps(static_cast<std::size_t>(size), static_cast<double>(count / size));
+  for (std::int64_t i = 0; i < count % size; ++i) taps[static_cast<std::size_t>(i)] += 1;
+  return taps;
+}
+
+// The integral of the Gaussian over each pixel, outward from the centre.
+std::vector<double> gauss_taps(double sigma) {
+  NOISELOOM_CHECK(sigma > 0);
+  const double scale = 1 / (sigma * std::sqrt(2.0));
+  const auto integral = [&](double from, double to) { return (math::erf(to * scale) - math::erf(from * scale)) / 2; };
+  std::vector<double> half = {integral(-0.5, 0.5)};
+  double sum = half[0];
+  while (sum < gauss_coverage) {
+    const auto i = static_cast<double>(half.size());
+    half.push_back(integral(i - 0.5, i + 0.5));
+    sum += 2 * half.back();
+  }
+  std::vector<double> taps(half.rbegin(), half.rend());
+  taps.insert(taps.end(), half.begin() + 1, half.end());
+  return taps;
+}
+
+std::vector<double> binomial_taps(int n) {
+  NOISELOOM_CHECK_LE(0, n);
+  std::vector<double> taps = {1};
+  for (int row = 1; row <= n; ++row) {
+    taps.push_back(0);
+    for (std::size_t k = taps.size() - 1; k > 0; --k) taps[k] = (taps[k] + taps[k - 1]) / 2;
+    taps[0] /= 2;
+  }
+  return taps;
+}
+
+// exp(-d^2 / 2 sigma^2) of all images of d on a ring.
+std::vector<double> gauss_energy_ring(double sigma, std::int64_t size) {
+  NOISELOOM_CHECK(sigma > 0);
+  constexpr double widest = 9;  // exp(-81/2) is below the rounding of any weight that is kept
+  const auto reach = static_cast<std::int64_t>(widest * sigma) + 1;
+  std::vector<double> ring(static_cast<std::size_t>(size), 0.0);
+  for (std::int64_t d = 0; d <= size / 2; ++d) {
+    double sum = 0;
+    for (std::int64_t image = d - (reach + d) / size * size; image <= reach; image += size) {
+      const double scaled = static_cast<double>(image) / sigma;
+      sum += math::exp(-scaled * scaled / 2);
+    }
+    ring[static_cast<std::size_t>(d)] = sum;
+    ring[static_cast<std::size_t>((size - d) % size)] = sum;
+  }
+  return ring;
+}
+
+// The cut is on the product, so it is round; partial products that cannot reach it any more are dropped on the way.
+Overlap gauss_energy_overlap(const Extents& extents, const GroupSpec& group) {
+  Overlap result;
+  std::vector<Overlap> factors;
+  std::vector<double> largest;
+  for (const int axis : group.axes) {
+    const auto ring = gauss_energy_ring(group.kernel.sigma, extents.size(axis));
+    factors.push_back(axis_overlap(extents, axis, ring));
+    largest.push_back(*std::max_element(ring.begin(), ring.end()));
+  }
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    double rest = 1;
+    for (std::size_t later = k + 1; later < factors.size(); ++later) rest *= largest[later];
+    result = k == 0 ? factors[0] : multiply(result, factors[k]);
+    std::erase_if(result.taps, [&](const OverlapTap& tap) { return tap.weight * rest < gauss_energy_cut; });
+  }
+  return result;
+}
+
+std::vector<double> kernel_ring(const KernelSpec& kernel, std::int64_t size) {
+  if (kernel.kind == KernelKind::ema) return ema_ring_overlap(kernel.alpha, kernel.rejection, size);
+  return ring_overlap(filter_taps(kernel, size), size);
+}
+
+}  // namespace
+
+std::int32_t canonical_offset(std::int64_t offset, std::int64_t size) {
+  std::int64_t wrapped = offset % size;
+  if (wrapped < 0) wrapped += size;
+  return narrow<std::int32_t>(wrapped > size / 2 ? wrapped - size : wrapped);
+}
+
+std::vector<double> filter_taps(const KernelSpec& kernel, std::int64_t size) {
+  switch (kernel.kind) {
+    case KernelKind::box:
+      return normalised(box_taps(kernel.size, size));
+    case KernelKind::gauss:
+      return normalised(gauss_taps(kernel.sigma));
+    case KernelKind::binomial:
+      return normalised(binomial_taps(kernel.n));
+    default:
+      NOISELOOM_CHECK(false);
+      return {};
+  }
+}
+
+std::vector<double> ring_overlap(std::span<const double> taps, std::int64_t size) {
+  std::vector<double> folded(std::min(taps.size(), static_cast<std::size_t>(size)), 0.0);
+  for (std::size_t i = 0; i < taps.size(); ++i) folded[i % folded.size()] += taps[i];
+  std::vector<double> ring(static_cast<std::size_t>(size), 0.0);
+  // Each offset of the ring receives at most d and size - d, so both signs are the same bits.
+  for (std::size_t d = 0; d < folded.size(); ++d) {
+    double sum = 0;
+    for (std::size_t i = 0; i + d < folded.size(); ++i) sum += folded[i] * folded[i + d];
+    ring[d] += sum;
+    if (d > 0) ring[ring.size() - d] += sum;
+  }
+  return ring;
+}
+
+std::vector<double> ema_ring_overlap(double alpha, double beta, std::int64_t size) {
+  NOISELOOM_CHECK(alpha > 0 && alpha <= 1 && beta >= 0 && beta <= 1);
+  const double q = 1 - alpha;
+  const double p = 1 - beta;
+  // With c_m(d) the overlap of f^(m) of eq. 16 and m = d + 1 + j, j >= 0:
+  //   c_m(0) = g + (1 - g) q^2j      c_m(d) = q^d (g + g q q^2j)      g = alpha / (2 - alpha)
+  // and the sum over j with weights beta p^(m - 1) is a geometric series. 1 - p q^2 is written without cancellation.
+  const double g = alpha / (2 - alpha);
+  const double tail = beta == 0 ? 0 : beta / (beta + p * alpha * (2 - alpha));
+  const double zero = g + 2 * q / (2 - alpha) * tail;
+  const double amplitude = g * (1 + q * tail);
+  const double r = p * q;
+
+  const auto n = static_cast<std::size_t>(size);
+  std::vector<double> power(n + 1, 1.0);
+  double geometric = 0;  // 1 + r + ... + r^(n-1) = (1 - r^n) / (1 - r)
+  for (std::size_t d = 0; d < n; ++d) {
+    geometric += power[d];
+    power[d + 1] = power[d] * r;
+  }
+  const double one_minus_rn = (beta + p * alpha) * geometric;
+  std::vector<double> ring(n);
+  ring[0] = zero + 2 * amplitude * power[n] / one_minus_rn;
+  for (std::size_t d = 1; d < n; ++d) ring[d] = amplitude * (power[d] + power[n - d]) / one_minus_rn;
+  return ring;
+}
+
+Overlap axis_overlap(const Extents& extents, int axis, std::span<const double> ring) {
+  Overlap result{{axis}, {}};
+  const std::int64_t size = extents.size(axis);
+  NOISELOOM_CHECK_EQ(static_cast<std::int64_t>(ring.size()), size);
+  for (std::int64_t d = -((size - 1) / 2); d <= size / 2; ++d) {
+    const double weight = ring[static_cast<std::size_t>((d + size) % size)];
+    if (weight == 0) continue;
+    OverlapTap tap{{}, weight};
+    tap.offset[static_cast<std::size_t>(axis)] = narrow<std::int32_t>(d);
+    result.taps.push_back(tap);
+  }
+  return result;
+}
+
+std::vector<OverlapTap> ordered(std::vector<OverlapTap> taps) {
+  const auto other_slice = [](const OverlapTap& tap) {
+    return std::any_of(tap.offset.begin() + 2, tap.offset.end(), [](std::int32_t d) { return d != 0; });
+  };
+  std::stable_sort(taps.begin(), taps.end(), [&](const OverlapTap& a, const OverlapTap& b) {
+    if (other_slice(a) != other_slice(b)) return other_slice(b);
+    return std::lexicographical_compare(a.offset.rbegin(), a.offset.rend(), b.offset.rbegin(), b.offset.rend());
+  });
+  std::size_t kept = 0;
+  for (const OverlapTap& tap : taps) {
+    if (kept > 0 && taps[kept - 1].offset == tap.offset) {
+      taps[kept - 1].weight += tap.weight;
+    } else {
+      taps[kept++] = tap;
+    }
+  }
+  taps.resize(kept);
+  std::erase_if(taps, [](const OverlapTap& tap) { return tap.weight == 0; });
+  return taps;
+}
+
+Overlap multiply(const Overlap& a, const Overlap& b) {
+  Overlap result{a.axes, {}};
+  std::vector<int> shared;
+  for (const int axis : b.axes) {
+    const bool both = std::find(a.axes.begin(), a.axes.end(), axis) != a.axes.end();
+    (both ? shared : result.axes).push_back(axis);
+  }
+  for (const OverlapTap& s : a.taps) {
+    for (const OverlapTap& t : b.taps) {
+      OverlapTap tap{s.offset, s.weight * t.weight};
+      for (const int axis : b.axes)
+        tap.offset[static_cast<std::size_t>(axis)] = t.offset[static_cast<std::size_t>(axis)];
+      const bool agree = std::all_of(shared.begin(), shared.end(), [&](int axis) {
+        return s.offset[static_cast<std::size_t>(axis)] == t.offset[static_cast<std::size_t>(axis)];
+      });
+      if (agree && tap.weight != 0) result.taps.push_back(tap);
+    }
+  }
+  return result;
+}
+
+std::vector<Overlap> group_overlaps(const Extents& extents, const GroupSpec& group) {
+  NOISELOOM_CHECK(!group.axes.empty());
+  if (group.kernel.kind == KernelKind::table) return table_overlaps(extents, group);
+  if (group.kernel.kind == KernelKind::gauss_energy) return {gauss_energy_overlap(extents, group)};
+  std::vector<Overlap> overlaps;
+  for (const int axis : group.axes) {
+    overlaps.push_back(axis_overlap(extents, axis, kernel_ring(group.kernel, extents.size(axis))));
+  }
+  return overlaps;
+}
+
+}  // namespace noiseloom
