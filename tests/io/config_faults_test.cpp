@@ -275,6 +275,7 @@ TEST(ConfigFaults, NameTheLineOfSyntaxErrors) {
   EXPECT_THAT(faults_of("[texture]\nseed = 1\nsize = {\n"),
               ElementsAre(AllOf(StartsWith("run.toml:"), HasSubstr("not valid TOML: "))));
   EXPECT_THAT(faults_of("[texture]\nseed = 1\nseed = 2\n"), ElementsAre(StartsWith("run.toml:3: not valid TOML: ")));
+  EXPECT_THAT(faults_of("seed = 1\n[=]\n"), ElementsAre(StartsWith("run.toml:2: not valid TOML: ")));
   EXPECT_THAT(faults_of("\xff\xfe"), ElementsAre(StartsWith("run.toml:1: not valid TOML: ")));
 }
 
