@@ -49,7 +49,13 @@ std::string padded_text(hid_t type, Read read) {
   return text;
 }
 
-Attribute read_attribute(hid_t attribute, const std::string& what) {
+std::size_t num_elements(hid_t attribute, const std::string& what) {
+  const Handle space(H5Aget_space(attribute), H5Sclose, what);
+  return static_cast<std::size_t>(checked(H5Sget_simple_extent_npoints(space.id()), what));
+}
+
+Attribute read_one(hid_t attribute, const std::string& what) {
+  if (num_elements(attribute, what) != 1) throw EnvironmentError(what + ": more than one value");
   const Handle type(H5Aget_type(attribute), H5Tclose, what);
   switch (H5Tget_class(type.id())) {
     case H5T_INTEGER: {
@@ -201,17 +207,23 @@ std::map<std::string, Attribute> read_attributes(const Location& at, const std::
                            H5Aclose, what);
     std::string key(static_cast<std::size_t>(checked(H5Aget_name(attribute.id(), 0, nullptr), what)), '\0');
     checked(H5Aget_name(attribute.id(), key.size() + 1, key.data()), what);
-    attributes[key] = read_attribute(attribute.id(), what + "@" + key);
+    attributes[key] = read_one(attribute.id(), what + "/@" + key);
   }
   return attributes;
 }
 
-std::vector<std::int64_t> read_integers(const Location& at, const std::string& path, const std::string& key) {
-  const std::string what = doing(at, "read attribute", path + "@" + key);
+Attribute read_attribute(const Location& at, const std::string& path, const std::string& key) {
+  const std::string what = doing(at, "read attribute", path + "/@" + key);
   const Handle object = open_object(at, path);
   const Handle attribute(H5Aopen(object.id(), key.c_str(), H5P_DEFAULT), H5Aclose, what);
-  const Handle space(H5Aget_space(attribute.id()), H5Sclose, what);
-  std::vector<std::int64_t> values(static_cast<std::size_t>(checked(H5Sget_simple_extent_npoints(space.id()), what)));
+  return read_one(attribute.id(), what);
+}
+
+std::vector<std::int64_t> read_integers(const Location& at, const std::string& path, const std::string& key) {
+  const std::string what = doing(at, "read attribute", path + "/@" + key);
+  const Handle object = open_object(at, path);
+  const Handle attribute(H5Aopen(object.id(), key.c_str(), H5P_DEFAULT), H5Aclose, what);
+  std::vector<std::int64_t> values(num_elements(attribute.id(), what));
   checked(H5Aread(attribute.id(), H5T_NATIVE_INT64, values.data()), what);
   return values;
 }

@@ -38,7 +38,9 @@ Handle open_dataset(const Location& at, const std::string& path);
 std::vector<hsize_t> dimensions_of(const Location& at, hid_t dataset);
 std::vector<double> read_numbers(const Location& at, const std::string& path);
 std::string read_text(const Location& at, const std::string& path);
+// All attributes of an object; each must hold one value.
 std::map<std::string, Attribute> read_attributes(const Location& at, const std::string& path);
+Attribute read_attribute(const Location& at, const std::string& path, const std::string& key);
 std::vector<std::int64_t> read_integers(const Location& at, const std::string& path, const std::string& key);
 // Names in a group in the order in which they were made.
 std::vector<std::string> links_in_order(const Location& at, const std::string& path);

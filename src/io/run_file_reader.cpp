@@ -38,7 +38,7 @@ void require_file(const std::string& path) {
 }
 
 Extents read_extents(const hdf5::Location& at) {
-  std::istringstream axes(std::get<std::string>(hdf5::read_attributes(at, "/").at("axes")));
+  std::istringstream axes(std::get<std::string>(hdf5::read_attribute(at, "/", "axes")));
   std::vector<std::string> names;
   for (std::string name; axes >> name;) names.push_back(name);
   return Extents(hdf5::read_integers(at, "/", "extents"), names);

@@ -175,6 +175,19 @@ TEST_F(RunFilePublish, AFileSizeLimitIsAnErrorWithPathAndReason) {
   EXPECT_THAT(folder_.names(), UnorderedElementsAre("run.h5", "run.h5.prev"));
 }
 
+TEST_F(RunFilePublish, AnHdf5FailureBecomesAnErrorInItsOwnWordsAndPrintsNothing) {
+  content_.datasets.push_back(content_.datasets.front());
+  testing::internal::CaptureStderr();
+  try {
+    const RunFileWriter writer(posix_file_ops(), path_, content_);
+    ADD_FAILURE() << "two datasets of one name";
+  } catch (const EnvironmentError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("cannot create /samples"), HasSubstr("HDF5: "), HasSubstr("exists")));
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_THAT(folder_.names(), ElementsAre());
+}
+
 TEST_F(RunFilePublish, AMissingFolderIsNamed) {
   try {
     const RunFileWriter writer(posix_file_ops(), folder_ / "no/run.h5", content_);
