@@ -4,16 +4,20 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 
 #include "noiseloom/core/math.h"
 #include "noiseloom/problem/value_kernel.h"
 
 namespace noiseloom::metrics {
 
-// acos for x in [-1, 1], clamped. Float: Abramowitz and Stegun 4.4.46 (1964), absolute error below 4e-7 after rounding.
-inline double arc_cosine(double x) { return math::acos(x); }
-inline float arc_cosine(float x) {
-  const float a = std::abs(x) < 1 ? std::abs(x) : 1;
+// The angle between unit vectors from the square of their chord, q = 2 - 2 cos: unlike the cosine, a chord is exact for
+// vectors that nearly agree. acos(1 - u) = sqrt(u) p(1 - u): Abramowitz and Stegun 4.4.46 (1964), absolute error below
+// 4e-7 after rounding, save within 1e-3 of the antipode.
+inline float angle_of_chord(float q) {
+  const bool obtuse = q > 2;
+  const float u = 0.5F * (obtuse ? (q < 4 ? 4 - q : 0) : q);
+  const float a = 1 - u;
   float p = -0.0012624911F;
   p = p * a + 0.0066700901F;
   p = p * a - 0.0170881256F;
@@ -22,8 +26,8 @@ inline float arc_cosine(float x) {
   p = p * a + 0.0889789874F;
   p = p * a - 0.2145988016F;
   p = p * a + 1.5707963050F;
-  const float r = std::sqrt(1 - a) * p;
-  return x < 0 ? 3.14159265F - r : r;
+  const float r = std::sqrt(u) * p;
+  return obtuse ? 3.14159265F - r : r;
 }
 
 // 2^x, 0 below -126, 2^126 above 126: Taylor series of degree 6 around the nearest integer, relative error below 2e-7.
@@ -77,13 +81,14 @@ inline Real distance(const Real* v, const Real* s) {
   } else if constexpr (kind == DistanceKind::circle) {
     const Real d = std::abs(v[0] - s[0]);
     return d < 1 - d ? d : 1 - d;
-  } else if constexpr (kind == DistanceKind::angle) {
-    Real dot = 0;
+  } else if constexpr (kind == DistanceKind::angle && std::is_same_v<Real, double>) {
+    double dot = 0;
     for (int c = 0; c < C; ++c) dot += v[c] * s[c];
-    return arc_cosine(dot);
+    return math::acos(dot);
   } else {
     Real sum = 0;
     for (int c = 0; c < C; ++c) sum += (v[c] - s[c]) * (v[c] - s[c]);
+    if constexpr (kind == DistanceKind::angle) return angle_of_chord(sum);
     return std::sqrt(sum);
   }
 }
