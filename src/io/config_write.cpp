@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "io/config_tree.h"
 #include "io/settings.h"
 
