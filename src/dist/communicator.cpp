@@ -87,10 +87,9 @@ Communicator Communicator::world() {
   return Communicator(std::move(impl));
 }
 
-Communicator Communicator::first_ranks(int num_ranks) const {
+Communicator Communicator::self() {
   auto impl = std::make_unique<Impl>();
-  const int color = rank() < num_ranks ? 0 : 1;
-  check_mpi(MPI_Comm_split(impl_->comm, color, rank(), &impl->comm), "MPI_Comm_split");
+  check_mpi(MPI_Comm_dup(MPI_COMM_SELF, &impl->comm), "MPI_Comm_dup");
   return Communicator(std::move(impl));
 }
 

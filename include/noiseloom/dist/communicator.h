@@ -28,10 +28,10 @@ class Communicator {
  public:
   // Duplicates MPI_COMM_WORLD. *Collective*
   static Communicator world();
+  // This process alone.
+  static Communicator self();
   ~Communicator();
   Communicator(Communicator&&) noexcept;
-  // The first `num_ranks` ranks get a communicator of their own; the rest get one too, to be ignored. *Collective*
-  Communicator first_ranks(int num_ranks) const;
 
   int rank() const;
   int size() const;

@@ -1,0 +1,90 @@
+#include "noiseloom/dist/communicator.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "noiseloom/core/error.h"
+
+namespace noiseloom {
+namespace {
+
+std::vector<std::byte> block_of(SliceIndex slice) {
+  // Sizes differ from slice to slice; contents are a function of the slice.
+  return std::vector<std::byte>(static_cast<std::size_t>(slice % 7 * 11), static_cast<std::byte>(slice + 1));
+}
+
+TEST(Communicator, StreamsBlocksToRootInSliceOrder) {
+  const Communicator world = Communicator::world();
+  const Partition partition(13, world.size());
+  SliceIndex next = 0;
+  world.stream_to_root(
+      partition,
+      [&](SliceIndex slice, std::vector<std::byte>& block) {
+        EXPECT_EQ(partition.owner(slice), world.rank());
+        block = block_of(slice);
+      },
+      [&](SliceIndex slice, std::span<const std::byte> block) {
+        EXPECT_EQ(slice, next++);
+        const auto expected = block_of(slice);
+        ASSERT_EQ(block.size(), expected.size());
+        EXPECT_TRUE(std::equal(block.begin(), block.end(), expected.begin()));
+      });
+  EXPECT_EQ(next, world.is_root() ? 13 : 0);
+}
+
+TEST(Communicator, StreamsBlocksFromRootToEveryRank) {
+  const Communicator world = Communicator::world();
+  SliceIndex next = 0;
+  world.stream_to_all(
+      9, [](SliceIndex slice, std::vector<std::byte>& block) { block = block_of(slice); },
+      [&](SliceIndex slice, std::span<const std::byte> block) {
+        EXPECT_EQ(slice, next++);
+        EXPECT_EQ(block.size(), block_of(slice).size());
+      });
+  EXPECT_EQ(next, 9);
+}
+
+TEST(Communicator, FailureOfOneRankIsThrownOnAll) {
+  const Communicator world = Communicator::world();
+  const int failing = world.size() - 1;
+  try {
+    world.together([&] {
+      if (world.rank() == failing) throw UserError("run.toml:3", "no such thing");
+    });
+    FAIL() << "nothing was thrown on rank " << world.rank();
+  } catch (const UserError& error) {
+    EXPECT_STREQ(error.what(), "run.toml:3: no such thing");
+  }
+  EXPECT_THROW(world.on_root([] { throw EnvironmentError("disk full"); }), EnvironmentError);
+  world.barrier();  // nobody is left behind
+}
+
+TEST(Communicator, FailureOfTheConsumerDrainsTheStream) {
+  const Communicator world = Communicator::world();
+  const Partition partition(11, world.size());
+  const auto stream = [&] {
+    world.stream_to_root(
+        partition, [](SliceIndex slice, std::vector<std::byte>& block) { block = block_of(slice); },
+        [](SliceIndex slice, std::span<const std::byte>) {
+          if (slice == 3) throw EnvironmentError("no space left");
+        });
+  };
+  EXPECT_THROW(stream(), EnvironmentError);
+  world.barrier();
+}
+
+TEST(Communicator, GathersInSliceOrderWithEmptyRanks) {
+  const Communicator world = Communicator::world();
+  for (const SliceIndex slices : {1, 2, 17}) {
+    const Partition partition(slices, world.size());
+    std::vector<double> own;
+    for (SliceIndex s = partition.begin(world.rank()); s < partition.end(world.rank()); ++s) own.push_back(3.0 * s);
+    const std::vector<double> all = world.gather_all(partition, own);
+    ASSERT_EQ(static_cast<SliceIndex>(all.size()), slices);
+    for (SliceIndex s = 0; s < slices; ++s) EXPECT_EQ(all[static_cast<std::size_t>(s)], 3.0 * s);
+  }
+}
+
+}  // namespace
+}  // namespace noiseloom

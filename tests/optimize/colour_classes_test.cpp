@@ -1,0 +1,90 @@
+#include "noiseloom/optimize/colour_classes.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <set>
+
+namespace noiseloom {
+namespace {
+
+Footprint footprint(std::vector<std::int64_t> sizes, std::vector<GroupSpec> groups,
+                    Combine combine = Combine::product) {
+  FilterSpec filter;
+  filter.combine = combine;
+  filter.groups = std::move(groups);
+  for (GroupSpec& group : filter.groups) group.weight = 1.0 / static_cast<double>(filter.groups.size());
+  return Footprint(Extents(std::move(sizes)), filter);
+}
+
+GroupSpec box(std::vector<int> axes, int size) {
+  GroupSpec group;
+  group.axes = std::move(axes);
+  group.kernel.size = size;
+  return group;
+}
+
+GroupSpec ema(int axis, double alpha, double rejection) {
+  GroupSpec group;
+  group.axes = {axis};
+  group.kernel.kind = KernelKind::ema;
+  group.kernel.alpha = alpha;
+  group.kernel.rejection = rejection;
+  return group;
+}
+
+std::int64_t ring_distance(std::int64_t a, std::int64_t b, std::int64_t size) {
+  const std::int64_t d = std::abs(a - b);
+  return std::min(d, size - d);
+}
+
+TEST(ColourClasses, HoldEverySliceOnce) {
+  for (const std::int64_t t : {1, 2, 3, 7, 8, 13, 64}) {
+    for (const std::int64_t z : {1, 5}) {
+      const Footprint f = footprint({3, 3, t, z}, {box({0, 1}, 3), ema(2, 0.1, 0.1), box({3}, 3)});
+      std::set<SliceIndex> seen;
+      for (const auto& members : colour_classes(f)) {
+        EXPECT_FALSE(members.empty());
+        for (const SliceIndex slice : members) EXPECT_TRUE(seen.insert(slice).second);
+      }
+      EXPECT_EQ(static_cast<std::int64_t>(seen.size()), t * z);
+    }
+  }
+}
+
+TEST(ColourClasses, UncoupledSlicesMoveTogether) {
+  EXPECT_EQ(colour_classes(footprint({5, 5, 11}, {box({0, 1}, 3)})).size(), 1U);
+}
+
+TEST(ColourClasses, CoupledMembersStandAtLeastFourApart) {
+  for (const std::int64_t t : {8, 9, 11, 30, 64}) {
+    for (const auto& members : colour_classes(footprint({3, 3, t}, {box({0, 1}, 3), ema(2, 0.1, 0.1)}))) {
+      for (const SliceIndex a : members) {
+        for (const SliceIndex b : members) {
+          if (a != b) {
+            EXPECT_GE(ring_distance(a, b, t), 4);
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(ColourClasses, ShortReachNeedsNoMoreThanItsOwnDistance) {
+  // box 2 overlaps reach 1: every other slice may move.
+  for (const auto& members : colour_classes(footprint({3, 3, 12}, {box({0, 1}, 3), box({2}, 2)}))) {
+    EXPECT_EQ(members.size(), 6U);
+  }
+}
+
+TEST(ColourClasses, FlatCouplingLeavesFewSlicesTogether) {
+  // A running mean over all frames: every slice weighs as much as the own one.
+  std::vector<double> flat(64, 1.0);
+  const std::int64_t stride = class_stride(flat);
+  EXPECT_LE(64 / stride - 1, 1.6);
+  EXPECT_EQ(class_stride({1, 0, 0, 0}), 1);
+  EXPECT_EQ(class_stride({1}), 1);
+}
+
+}  // namespace
+}  // namespace noiseloom
