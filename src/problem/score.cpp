@@ -61,12 +61,12 @@ class PaddedRow {
 };
 
 // The taps that are looked at, weighted with how often they count.
-std::vector<PlaneTap> counted_taps(const Extents& extents, const SliceTaps& slice) {
+std::vector<PlaneTap> counted_taps(const Extents& extents, const SliceTaps& slice, PairEnds ends) {
   const bool same_slice = slice.offset == Extents::SliceCoord{};
-  const double slices = same_slice ? 1 : slice_multiplicity(extents, slice.offset);
+  const double from_slice = ends == PairEnds::both ? 1 : slice_multiplicity(extents, slice.offset);
   std::vector<PlaneTap> taps;
   for (PlaneTap tap : slice.taps) {
-    tap.weight *= same_slice ? plane_multiplicity(extents, tap) : slices;
+    tap.weight *= same_slice ? plane_multiplicity(extents, tap) : from_slice;
     if (tap.weight != 0) taps.push_back(tap);
   }
   return taps;
@@ -75,7 +75,7 @@ std::vector<PlaneTap> counted_taps(const Extents& extents, const SliceTaps& slic
 }  // namespace
 
 double weighted_distance_sum(const Footprint& footprint, DistanceKind kind, int channels, SliceIndex slice,
-                             const SliceValues& values) {
+                             const SliceValues& values, PairEnds ends) {
   const Extents& extents = footprint.extents();
   const RunSum sum = sum_of_pairs(kind);
   const auto width = static_cast<std::size_t>(extents.width());
@@ -83,7 +83,7 @@ double weighted_distance_sum(const Footprint& footprint, DistanceKind kind, int 
   PaddedRow other(extents, channels, footprint.reach(0));
   CompensatedSum total;
   for (const SliceTaps& coupled : footprint.slices()) {
-    const std::vector<PlaneTap> taps = counted_taps(extents, coupled);
+    const std::vector<PlaneTap> taps = counted_taps(extents, coupled, ends);
     if (taps.empty()) continue;
     const float* own_values = values(slice);
     const float* other_values = values(extents.slice_at(slice, coupled.offset));

@@ -65,31 +65,33 @@ template <DistanceKind kind, std::size_t step>
 #endif
 
 template <DistanceKind kind, std::size_t step>
-RunSum best() {
+RunSum best(bool portable) {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2")) return run_sum_avx2<kind, step>;
+  if (!portable && __builtin_cpu_supports("avx2")) return run_sum_avx2<kind, step>;
+#else
+  static_cast<void>(portable);
 #endif
   return run_sum_portable<kind, step>;
 }
 
 template <std::size_t step>
-RunSum run_sum_for(DistanceKind kind) {
+RunSum run_sum_for(DistanceKind kind, bool portable) {
   switch (kind) {
     case DistanceKind::absolute:
-      return best<DistanceKind::absolute, step>();
+      return best<DistanceKind::absolute, step>(portable);
     case DistanceKind::circle:
-      return best<DistanceKind::circle, step>();
+      return best<DistanceKind::circle, step>(portable);
     case DistanceKind::euclidean:
-      return best<DistanceKind::euclidean, step>();
+      return best<DistanceKind::euclidean, step>(portable);
     case DistanceKind::angle:
-      return best<DistanceKind::angle, step>();
+      return best<DistanceKind::angle, step>(portable);
   }
   return nullptr;
 }
 
 }  // namespace
 
-RunSum sum_of_pairs(DistanceKind kind) { return run_sum_for<1>(kind); }
-RunSum sum_to_first(DistanceKind kind) { return run_sum_for<0>(kind); }
+RunSum sum_of_pairs(DistanceKind kind, bool portable) { return run_sum_for<1>(kind, portable); }
+RunSum sum_to_first(DistanceKind kind, bool portable) { return run_sum_for<0>(kind, portable); }
 
 }  // namespace noiseloom

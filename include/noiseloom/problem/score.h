@@ -22,12 +22,16 @@ using SliceValues = std::function<const float*(SliceIndex)>;
 // The samples of one slice in any order, interleaved [sample][channel].
 using SliceList = std::function<std::vector<float>(SliceIndex)>;
 
-// The share of `slice` in sum_j sum_d F(d) d(s_j, s_{j+d}) over all cells j of the texture and all taps d: the pairs
-// of cells that have one end in `slice`, those between two slices from one side only and twice, so only the sum over
-// all slices is that sum. Asks `values` for `slice` and for slices that the footprint couples with it. The same bits
-// whatever else runs. Cost: about half of num_taps() * cells_per_slice() distances.
+// Which end of a pair of cells in two slices counts it.
+enum class PairEnds {
+  both,
+  one  // twice: half the cost; only the sum over all slices is the same
+};
+
+// sum over the cells j of `slice` and over all taps d of F(d) * d(s_j, s_{j+d}). Asks `values` only for slices that the
+// footprint couples with `slice`. The same bits whatever else runs.
 double weighted_distance_sum(const Footprint& footprint, DistanceKind kind, int channels, SliceIndex slice,
-                             const SliceValues& values);
+                             const SliceValues& values, PairEnds ends = PairEnds::both);
 
 // m, split into tasks so that ranks and threads can share them: m is the sum of what the tasks return, added up in
 // order by combine(). Exact (all n^2 pairs) for scalars and circles up to 2^26 cells, and for other spaces up to 2^36

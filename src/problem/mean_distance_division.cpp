@@ -1,0 +1,141 @@
+#include "mean_distance_division.h"
+
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+#include "compensated_sum.h"
+#include "mean_distance_blocks.h"
+#include "noiseloom/core/random.h"
+
+namespace noiseloom {
+namespace {
+
+constexpr std::int64_t samples_per_task = std::int64_t{1} << 20;
+constexpr std::int64_t tasks_wanted = 64;
+
+std::int64_t ceil_div(std::int64_t a, std::int64_t b) { return (a + b - 1) / b; }
+
+// Deals each group of `parts` samples that follow each other to the blocks of the slice in random order.
+std::vector<std::vector<float>> dealt(const Division& division, SliceIndex slice, const std::vector<float>& list) {
+  const auto count = static_cast<std::size_t>(division.channels);
+  const auto parts = static_cast<std::size_t>(division.parts);
+  NOISELOOM_CHECK_EQ(std::ssize(list), division.cells_per_slice * division.channels);
+  if (parts == 1) return {list};
+  std::vector<std::vector<float>> blocks(parts);
+  std::vector<std::size_t> order;
+  RandomBlock random{};
+  std::uint64_t draws = 0;
+  for (std::size_t first = 0; first * count < list.size(); first += parts) {
+    order.resize(std::min(parts, list.size() / count - first));
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    for (std::size_t i = order.size(); i > 1; --i) {
+      if (draws % 4 == 0) random = random_block(0, Purpose::subset, static_cast<std::uint32_t>(slice), 0, draws / 4);
+      std::swap(order[i - 1], order[to_below(random[draws++ % 4], i)]);
+    }
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      const float* sample = list.data() + (first + i) * count;
+      blocks[order[i]].insert(blocks[order[i]].end(), sample, sample + count);
+    }
+  }
+  return blocks;
+}
+
+// Blocks first, first + 1, ... on the ring.
+std::vector<SampleBlock> load_blocks(const Division& division, std::int64_t first, std::int64_t count,
+                                     const SliceList& list) {
+  std::vector<SampleBlock> blocks;
+  std::vector<std::vector<float>> of_slice;
+  SliceIndex loaded = -1;
+  for (std::int64_t k = first; k < first + count; ++k) {
+    const std::int64_t block = k % division.num_blocks();
+    const auto slice = narrow<SliceIndex>(block / division.parts);
+    if (slice != loaded) of_slice = dealt(division, slice, list(slice));
+    loaded = slice;
+    blocks.push_back(
+        make_block(division.kind, division.channels, of_slice[static_cast<std::size_t>(block % division.parts)]));
+  }
+  return blocks;
+}
+
+double sorted_mean(const Division& division, const SliceList& list) {
+  SampleBlock all;
+  for (SliceIndex slice = 0; slice < division.num_slices; ++slice) {
+    const std::vector<float> samples = list(slice);
+    all.values.insert(all.values.end(), samples.begin(), samples.end());
+  }
+  std::sort(all.values.begin(), all.values.end());
+  all.size = all.values.size();
+  const auto count = static_cast<double>(all.size);
+  return self_distance_sum(division.kind, 1, all) / (count * count);
+}
+
+}  // namespace
+
+std::int64_t Division::num_tasks() const { return sorts_everything ? 1 : ceil_div(num_blocks(), blocks_per_task); }
+
+double Division::pair_factor() const {
+  const double all = num_samples() * num_samples();
+  if (exact) return 2 / all;
+  double own = 0;
+  double ring = 0;
+  for (std::int64_t part = 0; part < parts; ++part) {
+    const auto n = static_cast<double>(size(part));
+    own += n * n;
+    for (std::int64_t j = 1; j <= neighbours; ++j) ring += n * static_cast<double>(size((part + j) % parts));
+  }
+  const auto slices = static_cast<double>(num_slices);
+  return (1 - slices * own / all) / (slices * ring);
+}
+
+Division divide_pairs(DistanceKind kind, int channels, std::int64_t cells_per_slice, SliceIndex num_slices,
+                      const PairBudget& budget) {
+  const std::int64_t num_samples = cells_per_slice * num_slices;
+  Division division{kind, channels, cells_per_slice, num_slices};
+  std::int64_t largest = std::min(std::int64_t{4096}, budget.largest_block);  // small: threads share a single slice
+  std::int64_t smallest = 1;  // blocks of smaller slices meet more neighbours instead
+  if (is_one_dimensional(kind)) {
+    division.exact = division.sorts_everything = num_samples <= budget.max_sorted_samples;
+    largest = samples_per_task;  // sorting makes large blocks cheap
+    smallest = budget.largest_block / 4;
+  } else if (num_samples > budget.max_paired_samples) {
+    largest = std::clamp(budget.pairs_wanted / num_samples, budget.smallest_block, budget.largest_block);
+    smallest = largest;
+  } else {
+    division.exact = true;
+  }
+  division.parts = ceil_div(cells_per_slice, largest);
+  division.neighbours =
+      division.exact ? division.num_blocks() / 2 : std::max(std::int64_t{1}, smallest / cells_per_slice);
+  const std::int64_t block = ceil_div(cells_per_slice, division.parts);
+  // A task makes the lists of its slices anew, so very large slices are shared by few.
+  division.blocks_per_task = cells_per_slice > samples_per_task
+                                 ? ceil_div(division.parts, 4)
+                                 : std::clamp(ceil_div(division.num_blocks(), tasks_wanted), std::int64_t{1},
+                                              std::max(std::int64_t{1}, samples_per_task / block));
+  return division;
+}
+
+double run_division_task(const Division& division, std::int64_t task, const SliceList& list) {
+  if (division.sorts_everything) return sorted_mean(division, list);
+  const std::int64_t num_blocks = division.num_blocks();
+  const std::int64_t first = task * division.blocks_per_task;
+  const std::int64_t own = std::min(division.blocks_per_task, num_blocks - first);
+  const std::vector<SampleBlock> blocks =
+      load_blocks(division, first, std::min(own + division.neighbours, num_blocks), list);
+  CompensatedSum inside;
+  CompensatedSum between;
+  for (std::int64_t k = 0; k < own; ++k) {
+    const SampleBlock& block = blocks[static_cast<std::size_t>(k)];
+    inside.add(self_distance_sum(division.kind, division.channels, block));
+    for (std::int64_t j = 1; j <= division.neighbours; ++j) {
+      const SampleBlock& other = blocks[static_cast<std::size_t>((k + j) % num_blocks)];
+      const bool met_twice = 2 * j == num_blocks;  // opposite each other on the ring
+      between.add(cross_distance_sum(division.kind, division.channels, block, other) / (met_twice ? 2 : 1));
+    }
+  }
+  const double all = division.num_samples() * division.num_samples();
+  return inside.value() / all + division.pair_factor() * between.value();
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,46 @@
+// How the pairs of a texture's samples are shared out among tasks, and which of them are looked at: what stands behind
+// MeanDistance (problem/score.h), with limits that tests can lower.
+#pragma once
+
+#include <cstdint>
+
+#include "noiseloom/problem/score.h"
+
+namespace noiseloom {
+
+struct PairBudget {
+  std::int64_t max_sorted_samples = std::int64_t{1} << 26;  // one-dimensional spaces: exact up to here
+  std::int64_t max_paired_samples = std::int64_t{1} << 18;  // other spaces: exact up to here (2^36 pairs)
+  std::int64_t pairs_wanted = std::int64_t{1} << 34;        // beyond, between neighbouring blocks
+  std::int64_t largest_block = 16384;
+  std::int64_t smallest_block = 64;
+};
+
+// Blocks are numbered slice by slice. Each meets itself and `neighbours` blocks that follow it on the ring of all.
+struct Division {
+  DistanceKind kind = DistanceKind::absolute;
+  int channels = 1;
+  std::int64_t cells_per_slice = 0;
+  std::int64_t num_slices = 0;
+  bool exact = false;
+  bool sorts_everything = false;  // a single task
+  std::int64_t parts = 1;         // blocks per slice
+  std::int64_t neighbours = 0;
+  std::int64_t blocks_per_task = 1;
+
+  std::int64_t num_blocks() const { return parts * num_slices; }
+  std::int64_t num_tasks() const;
+  double num_samples() const { return static_cast<double>(cells_per_slice) * static_cast<double>(num_slices); }
+  // Samples of a block. The first of a slice hold one more where the division leaves a rest.
+  std::int64_t size(std::int64_t part) const { return cells_per_slice / parts + (part < cells_per_slice % parts); }
+  // What the sum of distances between two neighbours counts in m.
+  double pair_factor() const;
+};
+
+Division divide_pairs(DistanceKind kind, int channels, std::int64_t cells_per_slice, SliceIndex num_slices,
+                      const PairBudget& budget = {});
+
+// The share of one task in m.
+double run_division_task(const Division& division, std::int64_t task, const SliceList& list);
+
+}  // namespace noiseloom
