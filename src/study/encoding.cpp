@@ -30,8 +30,7 @@ PixelLayout numbered(int channels) {
 }
 
 PixelLayout exr_layout(int channels, bool with_density) {
-  static const std::vector<std::vector<std::string>> names = {
-      {"Y"}, {"R", "G"}, {"R", "G", "B"}, {"R", "G", "B", "A"}};
+  static const std::vector<std::vector<std::string>> names = {{"Y"}, {"R", "G"}, {"R", "G", "B"}, {"R", "G", "B", "A"}};
   if (channels > 4) return numbered(channels);
   std::vector<int> source;
   for (int c = 0; c < channels; ++c) source.push_back(c);

@@ -49,7 +49,8 @@ class SliceEncoder {
   void find_largest_density() {
     for (SliceIndex s = 0; s < reader_.content().extents.num_slices(); ++s) {
       read_density(s);
-      largest_density_ = std::max(largest_density_, static_cast<double>(*std::max_element(density_.begin(), density_.end())));
+      largest_density_ =
+          std::max(largest_density_, static_cast<double>(*std::max_element(density_.begin(), density_.end())));
     }
   }
 
@@ -102,8 +103,8 @@ std::string decoding(const ExportPlan& plan) {
 
 std::string description(const ExportPlan& plan, const ProblemSpec& problem, double largest_density,
                         const std::string& which) {
-  std::string text = fmt::format("sampling noise, {} of {}; samples {}; value = {}", which,
-                                 problem.extents.to_string(), sample_space_name(problem.samples), decoding(plan));
+  std::string text = fmt::format("sampling noise, {} of {}; samples {}; value = {}", which, problem.extents.to_string(),
+                                 sample_space_name(problem.samples), decoding(plan));
   if (plan.with_density) text += fmt::format("; alpha = density / {}", largest_density);
   return text;
 }
@@ -112,8 +113,12 @@ void write_images(OutputFiles& files, const ExportPlan& plan, const ProblemSpec&
   const Extents& extents = problem.extents;
   ImageJob job;
   job.format = *plan.image;
-  job.block = {narrow<int>(extents.width()), narrow<int>(extents.height()), static_cast<int>(plan.pixel.source.size()),
-               plan.type, plan.pixel.names, plan.pixel.alpha};
+  job.block = {narrow<int>(extents.width()),
+               narrow<int>(extents.height()),
+               static_cast<int>(plan.pixel.source.size()),
+               plan.type,
+               plan.pixel.names,
+               plan.pixel.alpha};
   if (plan.layout == ExportLayout::slices) {
     for (SliceIndex s = plan.begin; s < plan.end; ++s) {
       job.description = description(plan, problem, encoder.largest_density(), fmt::format("slice {}", s));
@@ -124,8 +129,8 @@ void write_images(OutputFiles& files, const ExportPlan& plan, const ProblemSpec&
   }
   job.num_blocks = plan.end - plan.begin;
   job.stacking = plan.layout == ExportLayout::parts ? Stacking::parts : Stacking::down;
-  job.description = description(plan, problem, encoder.largest_density(),
-                                fmt::format("slices {} to {}", plan.begin, plan.end - 1));
+  job.description =
+      description(plan, problem, encoder.largest_density(), fmt::format("slices {} to {}", plan.begin, plan.end - 1));
   for (SliceIndex s = plan.begin; s < plan.end; ++s) job.part_names.push_back(fmt::format("slice{}", s));
   write_image(files.add(plan.targets.front()), job, [&](int block) { return encoder(plan.begin + block); });
 }
@@ -133,8 +138,7 @@ void write_images(OutputFiles& files, const ExportPlan& plan, const ProblemSpec&
 // All slices: [slice axes..., y, x, channel]; some of them: [slice, y, x, channel].
 std::vector<std::int64_t> array_shape(const ExportPlan& plan, const Extents& extents) {
   std::vector<std::int64_t> shape = extents.file_dimensions();
-  if (plan.end - plan.begin != extents.num_slices())
-    shape = {plan.end - plan.begin, extents.height(), extents.width()};
+  if (plan.end - plan.begin != extents.num_slices()) shape = {plan.end - plan.begin, extents.height(), extents.width()};
   shape.push_back(static_cast<std::int64_t>(plan.pixel.source.size()));
   return shape;
 }
@@ -175,8 +179,8 @@ std::string sidecar(const ExportPlan& plan, const ProblemSpec& problem, const st
       json_string(config));
 }
 
-void write_array(OutputFiles& files, const ExportPlan& plan, const ProblemSpec& problem,
-                 const std::string& config, SliceEncoder& encoder) {
+void write_array(OutputFiles& files, const ExportPlan& plan, const ProblemSpec& problem, const std::string& config,
+                 SliceEncoder& encoder) {
   const std::string& target = plan.targets.front();
   std::string header;
   if (plan.format == "npy")

@@ -131,9 +131,9 @@ class Planner {
     plan_.layout = ExportLayout::array;
     if (!options_.layout.empty() &&
         std::find(row.layouts.begin(), row.layouts.end(), options_.layout) == row.layouts.end()) {
-      fault(row.layouts.empty() ? fmt::format("--layout {}: {} always holds the whole array", options_.layout, row.name)
-                                : fmt::format("--layout {}: accepted for {}: {}", options_.layout, row.name,
-                                              joined(row.layouts)));
+      fault(row.layouts.empty()
+                ? fmt::format("--layout {}: {} always holds the whole array", options_.layout, row.name)
+                : fmt::format("--layout {}: accepted for {}: {}", options_.layout, row.name, joined(row.layouts)));
     } else if (!row.layouts.empty()) {
       const std::string layout = options_.layout.empty() ? row.layouts.front() : options_.layout;
       plan_.layout = layout == "strip"           ? ExportLayout::strip
@@ -154,8 +154,8 @@ class Planner {
       const auto [stop, error] = std::from_chars(text.data() + begin, text.data() + end, value);
       return error == std::errc{} && stop == text.data() + end;
     };
-    const bool read = colon != std::string::npos && number(0, colon, plan_.begin) &&
-                      number(colon + 1, text.size(), plan_.end);
+    const bool read =
+        colon != std::string::npos && number(0, colon, plan_.begin) && number(colon + 1, text.size(), plan_.end);
     if (!read || plan_.begin < 0 || plan_.end > count || plan_.begin >= plan_.end)
       fault(fmt::format("--slices {}: must be A:B with 0 <= A < B <= {} (slices A, ..., B - 1)", text, count));
   }
@@ -195,10 +195,11 @@ class Planner {
     } else if (must_fit) {
       plan_.range = natural_range(problem_.samples);
       if (!plan_.range)
-        fault(fmt::format("samples \"{}\" have no fixed range, and {} needs one: give --range LO:HI (values beyond are "
-                          "clamped), or --depth 32f with exr, tiff, npy or raw",
-                          sample_space_name(problem_.samples),
-                          row.name == "hdr" ? "hdr" : fmt::format("a depth of {}", to_string(plan_.type))));
+        fault(
+            fmt::format("samples \"{}\" have no fixed range, and {} needs one: give --range LO:HI (values beyond are "
+                        "clamped), or --depth 32f with exr, tiff, npy or raw",
+                        sample_space_name(problem_.samples),
+                        row.name == "hdr" ? "hdr" : fmt::format("a depth of {}", to_string(plan_.type))));
     }
   }
 
@@ -210,8 +211,8 @@ class Planner {
       fault(fmt::format("-o {} is a pattern already; leave --naming out", options_.output));
     if (pattern_in_output) naming_text = output_.file;
     const Naming naming = parsed([&] { return parse_naming(naming_text.empty() ? "plain" : naming_text); });
-    const std::string extension = output_.file.empty() ? row.extensions.front()
-                                                       : fs::path(output_.file).extension().string();
+    const std::string extension =
+        output_.file.empty() ? row.extensions.front() : fs::path(output_.file).extension().string();
     const SliceIndex count = content_.extents.num_slices();
     const auto target = [&](const std::string& file) { return (output_.folder / file).string(); };
     const bool single = plan_.layout != ExportLayout::slices || count == 1;

@@ -129,8 +129,8 @@ ImageShape shape_of(const std::string& path, const OIIO::ImageSpec& spec) {
   } else if (spec.format == OIIO::TypeDesc::FLOAT || spec.format == OIIO::TypeDesc::HALF) {
     shape.type = PixelType::float32;
   } else {
-    throw UserError(path, fmt::format("numbers of type {}; accepted: 8 and 16 bit unsigned, half, float",
-                                      spec.format.c_str()));
+    throw UserError(
+        path, fmt::format("numbers of type {}; accepted: 8 and 16 bit unsigned, half, float", spec.format.c_str()));
   }
   if (spec.depth > 1) throw UserError(path, "a volume image; accepted: flat images, one a slice");
   return shape;
@@ -166,7 +166,8 @@ void ImageReader::read_rows(int part, int first_row, int num_rows, std::span<std
 }
 
 bool has_image_extension(const std::string& path) {
-  static const std::vector<std::string> known = {".png", ".exr", ".tif", ".tiff", ".hdr", ".bmp", ".tga", ".pgm", ".ppm"};
+  static const std::vector<std::string> known = {".png", ".exr", ".tif", ".tiff", ".hdr",
+                                                 ".bmp", ".tga", ".pgm", ".ppm"};
   std::string extension = std::filesystem::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

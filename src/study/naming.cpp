@@ -96,9 +96,10 @@ std::string nvidia_name(const ProblemSpec& problem) {
 std::string ea_name(const ProblemSpec& problem) {
   const FilterSpec& filter = problem.filter;
   std::string name = ea_space(problem.samples);
-  for (const GroupSpec& group : filter.groups) name += "_" + ea_kernel(group.kernel);
+  for (const GroupSpec& group : filter.groups) name += fmt::format("_{}", ea_kernel(group.kernel));
   if (filter.groups.size() > 1)
-    name += filter.combine == Combine::product ? "_product" : "_separate_" + decimal(filter.groups.front().weight);
+    name += filter.combine == Combine::product ? "_product"
+                                               : fmt::format("_separate_{}", decimal(filter.groups.front().weight));
   return name;
 }
 

@@ -79,8 +79,8 @@ std::string OutputFiles::add(const std::string& target) {
   const fs::path path(target);
   check({target});
   create_folders(parent_directory(target), new_folders_);
-  const fs::path temporary = fs::path(parent_directory(target)) / fmt::format(".{}.partial-{}{}", path.stem().string(), ::getpid(),
-                                                           path.extension().string());
+  const fs::path temporary = fs::path(parent_directory(target)) / fmt::format(".{}.partial-{}{}", path.stem().string(),
+                                                                              ::getpid(), path.extension().string());
   std::error_code ignored;
   fs::remove(temporary, ignored);  // left by a killed process of the same number
   files_.emplace_back(temporary.string(), target);

@@ -51,7 +51,8 @@ std::vector<float> interleaved_slice(const Texture& texture, SliceIndex slice) {
 }
 
 void check_finite(const Texture& texture, const std::string& name) {
-  const auto bad = std::find_if(texture.values.begin(), texture.values.end(), [](float v) { return !std::isfinite(v); });
+  const auto bad =
+      std::find_if(texture.values.begin(), texture.values.end(), [](float v) { return !std::isfinite(v); });
   if (bad == texture.values.end()) return;
   const std::size_t index = static_cast<std::size_t>(bad - texture.values.begin());
   throw UserError(name, fmt::format("the value at {} is {}: must be finite", place_of(texture, index), *bad));
@@ -113,9 +114,9 @@ namespace {
 // The config's filter on the run file's texture, which must have the same size.
 RunConfig with_filter_of(RunConfig stored, const RunConfig& given, const std::string& path) {
   if (!(stored.problem.extents == given.problem.extents))
-    throw UserError(path, fmt::format("holds {} (axes {}), but the config given says {} (axes {})",
-                                      expected_size(stored), stored.problem.extents.to_string(), expected_size(given),
-                                      given.problem.extents.to_string()));
+    throw UserError(
+        path, fmt::format("holds {} (axes {}), but the config given says {} (axes {})", expected_size(stored),
+                          stored.problem.extents.to_string(), expected_size(given), given.problem.extents.to_string()));
   stored.problem.filter = given.problem.filter;
   return stored;
 }

@@ -71,7 +71,8 @@ Extents suggested_extents(const std::vector<std::string>& files, std::vector<std
   if (slices == 1 && shape.height > shape.width && shape.height % shape.width == 0) {
     height = shape.width;
     slices = shape.height / shape.width;
-    notes.push_back(fmt::format("The image was taken as a strip of {} slices of {} x {}.", slices, shape.width, height));
+    notes.push_back(
+        fmt::format("The image was taken as a strip of {} slices of {} x {}.", slices, shape.width, height));
   }
   return slices == 1 ? Extents({shape.width, height}) : Extents({shape.width, height, slices});
 }
@@ -89,8 +90,8 @@ Arrangement arrange(const std::string& path, const std::optional<RunConfig>& con
       const std::size_t wanted = static_cast<std::size_t>(extents.num_slices());
       if (sequence.size() > wanted) {
         sequence.resize(wanted);
-        notes.push_back(fmt::format("More numbered images follow than the config's {} slices; they were left out.",
-                                    wanted));
+        notes.push_back(
+            fmt::format("More numbered images follow than the config's {} slices; they were left out.", wanted));
       }
       files = std::move(sequence);
     }

@@ -34,7 +34,8 @@ int fitting_channels(const std::vector<std::int64_t>& shape, const Extents& exte
   return 0;
 }
 
-// [y, x] and [slice, y, x] mean one channel; where the last of three or more dimensions is at most 8, it is the channel.
+// [y, x] and [slice, y, x] mean one channel; where the last of three or more dimensions is at most 8, it is the
+// channel.
 Extents suggested_extents(const std::vector<std::int64_t>& shape) {
   std::size_t axes = shape.size();
   if (axes >= 3 && shape.back() <= 8) --axes;
@@ -46,9 +47,8 @@ Extents suggested_extents(const std::vector<std::int64_t>& shape) {
 // Values that are all integers are codes of 8 or 16 bits; true if so.
 bool decode_codes(std::vector<double>& values, const ValueRange& range, std::vector<std::string>& notes) {
   const double largest = values.empty() ? 0 : *std::max_element(values.begin(), values.end());
-  const bool codes = largest > 1 && largest < 65536 && std::all_of(values.begin(), values.end(), [](double v) {
-                       return v >= 0 && v == std::floor(v);
-                     });
+  const bool codes = largest > 1 && largest < 65536 &&
+                     std::all_of(values.begin(), values.end(), [](double v) { return v >= 0 && v == std::floor(v); });
   if (!codes) return false;
   const int bits = largest < 256 ? 8 : 16;
   for (double& v : values) v = from_unit(range, dequantise(static_cast<std::uint16_t>(v), bits));

@@ -1,5 +1,5 @@
-// Raw arrays: [slice axes..., y, x, channel], little-endian, described by a .json beside them (which export writes) or by
-// a config, and then the size of the file tells the type.
+// Raw arrays: [slice axes..., y, x, channel], little-endian, described by a .json beside them (which export writes) or
+// by a config, and then the size of the file tells the type.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -84,7 +84,8 @@ RawFormat described_format(const std::string& sidecar, std::optional<RunConfig>&
   if (shape.size() < 3) throw UserError(sidecar, "shape: must be [slice axes..., y, x, channel]");
   format.channels = narrow<int>(shape.back());
   if (!config)
-    config = parse_config(member("config"), sidecar + ": config", parent_directory(sidecar), {}, MissingFiles::accepted);
+    config =
+        parse_config(member("config"), sidecar + ": config", parent_directory(sidecar), {}, MissingFiles::accepted);
   std::vector<std::int64_t> expected = config->problem.extents.file_dimensions();
   expected.push_back(format.channels);
   if (shape != expected)
@@ -140,8 +141,8 @@ TextureFile raw(const std::string& path, const std::optional<RunConfig>& config)
   file.texture = make_texture(extents, format.channels);
   const std::size_t numbers = file.texture.values.size();
   if (bytes.size() != numbers * bytes_per_number(format.type))
-    throw UserError(path, fmt::format("{} bytes, but {} says {}", bytes.size(), sidecar,
-                                      numbers * bytes_per_number(format.type)));
+    throw UserError(
+        path, fmt::format("{} bytes, but {} says {}", bytes.size(), sidecar, numbers * bytes_per_number(format.type)));
   std::vector<float> slice(file.texture.floats_per_slice());
   const bool decode = format.type != PixelType::float32 || (format.described && format.encoded);
   for (SliceIndex s = 0; s < extents.num_slices(); ++s) {

@@ -1,6 +1,7 @@
 // Power spectra of textures, scaled so that white noise with the same variance is 1 at every frequency.
 //
-//   P(k) = sum_c |X_c(k)|^2 / (N sum_c var_c)        X_c: discrete Fourier transform of a plane of N values of channel c
+//   P(k) = sum_c |X_c(k)|^2 / (N sum_c var_c)        X_c: discrete Fourier transform of a plane of N values of channel
+//   c
 //
 // averaged over all planes of the texture. The mean over all frequencies, zero included, is 1 up to what the planes'
 // own means take. Values on a circle are transformed as (cos, sin). Frequency zero is left out: it is set to 0.
@@ -20,7 +21,9 @@ struct PlaneSpectrum {
   int width = 0;
   int height = 0;
   std::vector<double> power;
-  double at(int x, int y) const { return power[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)]; }
+  double at(int x, int y) const {
+    return power[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  }
 };
 
 // Over the plane of axes `first` (columns) and `second` (rows); first < second. {0, 1}: each slice; {0, 2}: x and the

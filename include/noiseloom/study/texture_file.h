@@ -31,11 +31,11 @@ Texture make_texture(const Extents& extents, int channels);
 
 struct TextureFile {
   Texture texture;
-  std::string source;               // "run file", "64 images, 8 bit", ...
-  std::optional<RunConfig> config;  // stored in the file, or the one given
-  std::vector<std::string> notes;   // what had to be assumed, one sentence each
+  std::string source;                                                // "run file", "64 images, 8 bit", ...
+  std::optional<RunConfig> config;                                   // stored in the file, or the one given
+  std::vector<std::string> notes;                                    // what had to be assumed, one sentence each
   std::vector<std::pair<std::string, std::vector<double>>> history;  // run files
-  std::string checksum;  // run files: of /samples
+  std::string checksum;                                              // run files: of /samples
 };
 
 // Loads `path`: a run file; an image, a folder of numbered images, the first of them, or a pattern (noise_{}.png,

@@ -1,0 +1,23 @@
+// What a texture looks like and how its error is spread over frequencies: pictures, tables and report.html.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "noiseloom/core/parallel.h"
+#include "noiseloom/study/output_files.h"
+#include "noiseloom/study/texture_file.h"
+
+namespace noiseloom {
+
+// Adds to `output`, in `folder`:
+//   report.html            everything on one page
+//   preview.png            the first slice; slices.png: some slices side by side
+//   spectrum_xy.png .csv .svg    power over the frequencies of a slice; table and plot: averaged over rings
+//   spectrum_xT.png, spectrum_T.csv    for every slice axis T (by its name) longer than 1
+//   convergence.csv        run files: their history
+// `name` is shown as title. Scores need a config and are left out without one.
+void analyze_texture(const std::string& name, const TextureFile& file, const std::string& folder, OutputFiles& output,
+                     ThreadPool& pool);
+
+}  // namespace noiseloom

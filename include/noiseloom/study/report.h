@@ -1,0 +1,51 @@
+// A page about one texture: self-contained HTML (pictures inside, no scripts, nothing from a network).
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace noiseloom {
+
+struct ReportFigure {
+  std::string html;     // an <img> or <svg>
+  std::string caption;  // plain text
+};
+
+struct ReportSection {
+  std::string title;
+  std::string text;  // plain text, may be empty
+  std::vector<ReportFigure> figures;
+};
+
+struct ReportRow {
+  std::string name;
+  std::string value;
+};
+
+// A filter and R under it, for the table with bars.
+struct ReportScore {
+  std::string filter;
+  double relative_error;
+};
+
+struct Report {
+  std::string title;
+  std::string subtitle;
+  std::vector<std::pair<std::string, std::string>> headline;  // number, what it is
+  std::vector<ReportRow> summary;
+  std::vector<ReportScore> scores;
+  std::vector<ReportSection> sections;
+  std::string config;  // TOML; may be empty
+};
+
+std::string base64(std::span<const std::byte> bytes);
+
+// An <img> that holds the PNG, shown at `width` CSS pixels without smoothing.
+std::string embedded_png(std::span<const std::byte> png, const std::string& alternative_text, int width);
+
+std::string report_html(const Report& report);
+
+}  // namespace noiseloom

@@ -1,0 +1,242 @@
+#include "noiseloom/study/analyze.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "noiseloom/problem/sample_space.h"
+#include "noiseloom/study/naming.h"
+#include "noiseloom/study/picture.h"
+#include "noiseloom/study/plot.h"
+#include "noiseloom/study/report.h"
+#include "noiseloom/study/score_file.h"
+#include "noiseloom/study/spectrum.h"
+
+namespace noiseloom {
+namespace {
+
+constexpr int shown_size = 384;  // CSS pixels of a picture's longer side
+constexpr int slices_shown = 4;
+
+class Analysis {
+ public:
+  Analysis(const std::string& name, const TextureFile& file, const std::string& folder, OutputFiles& output,
+           ThreadPool& pool)
+      : file_(file),
+        texture_(file.texture),
+        extents_(file.texture.extents),
+        folder_(folder),
+        output_(output),
+        pool_(pool) {
+    report_.title = std::filesystem::path(name).filename().string();
+    if (report_.title.empty()) report_.title = name;
+    kind_ = file.config                  ? distance_kind(file.config->problem.samples)
+            : file.texture.channels == 1 ? DistanceKind::absolute
+                                         : DistanceKind::euclidean;
+  }
+
+  void run() {
+    summarise();
+    if (file_.config) score();
+    show_slices();
+    show_plane_spectrum();
+    for (int axis = 2; axis < extents_.num_axes(); ++axis)
+      if (extents_.size(axis) > 1) show_slice_axis_spectrum(axis);
+    if (!file_.history.empty()) show_convergence();
+    if (file_.config) report_.config = to_toml(*file_.config);
+    output_.write(path("report.html"), report_html(report_));
+  }
+
+ private:
+  std::string path(const std::string& file) const { return (std::filesystem::path(folder_) / file).string(); }
+
+  // Writes the picture and returns it for the page, `shown` CSS pixels wide.
+  std::string picture_html(const std::string& file, const Picture& picture, const std::string& description, int shown) {
+    const std::string temporary = output_.add(path(file));
+    write_picture(temporary, picture, description);
+    std::ifstream in(temporary, std::ios::binary);
+    const std::vector<char> bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    return embedded_png(std::as_bytes(std::span(bytes)), description, shown);
+  }
+
+  void summarise() {
+    const std::string samples =
+        file_.config ? sample_space_name(file_.config->problem.samples) : "not given (taken as values from 0 to 1)";
+    report_.subtitle = fmt::format("{} pixels, {} value{} each", extents_.to_string(), texture_.channels,
+                                   texture_.channels == 1 ? "" : "s");
+    std::vector<ReportRow>& rows = report_.summary;
+    rows.push_back({"Source", file_.source});
+    rows.push_back({"Size", axes_text()});
+    rows.push_back({"Samples", samples});
+    if (file_.config) rows.push_back({"Filter", describe_filter(extents_, file_.config->problem.filter)});
+    if (!file_.checksum.empty()) rows.push_back({"Checksum of samples", file_.checksum});
+    for (const std::string& note : file_.notes) rows.push_back({"Note", note});
+  }
+
+  std::string axes_text() const {
+    std::string text;
+    for (int axis = 0; axis < extents_.num_axes(); ++axis)
+      text += fmt::format("{}{} = {}", axis == 0 ? "" : ", ", extents_.name(axis), extents_.size(axis));
+    return text;
+  }
+
+  void score() {
+    const TextureScore score =
+        score_texture(texture_, kind_, file_.config->problem.filter, standard_filters(extents_), pool_);
+    report_.headline.emplace_back(fmt::format("{:.4f}", score.relative_error),
+                                  "relative error R after its filter; white noise has 1");
+    if (score.relative_error > 0)
+      report_.headline.emplace_back(fmt::format("{:.1f} x", 1 / score.relative_error),
+                                    "as many white-noise samples are needed for the same error");
+    if (extents_.num_slices() > 1) {
+      const auto [least, largest] = std::minmax_element(score.per_slice.begin(), score.per_slice.end());
+      report_.summary.push_back({"R, slice by slice", fmt::format("{:.4f} to {:.4f}", *least, *largest)});
+    }
+    for (const FilterScore& other : score.others) report_.scores.push_back({other.filter, other.relative_error});
+  }
+
+  void show_slices() {
+    const ValueRange range = shown_range(file_);
+    const Picture first = slice_picture(texture_, range, 0);
+    const int factor = factor_to_fill(first, shown_size);
+    ReportSection section{"The texture", "", {}};
+    const std::string shown = texture_.channels == 1   ? "value as grey"
+                              : texture_.channels == 2 ? "the two values as red and green"
+                                                       : "three values as red, green and blue";
+    section.figures.push_back({picture_html("preview.png", enlarged(first, factor), "first slice",
+                                            std::min(first.width * factor, 2 * shown_size)),
+                               fmt::format("First slice, {}, every pixel {} x {}.", shown, factor, factor)});
+    const SliceIndex count = std::min<SliceIndex>(slices_shown, extents_.num_slices());
+    if (count > 1) {
+      std::vector<Picture> slices;
+      const int small = std::max(1, factor / 2);
+      for (SliceIndex s = 0; s < count; ++s) slices.push_back(enlarged(slice_picture(texture_, range, s), small));
+      const Picture row = side_by_side(slices, 8);
+      section.figures.push_back({picture_html("slices.png", row, "the first slices", std::min(row.width, 960)),
+                                 fmt::format("Slices 0 to {}.", count - 1)});
+    }
+    report_.sections.push_back(std::move(section));
+  }
+
+  void write_csv(const std::string& file, const std::vector<SpectrumBin>& bins) {
+    std::string text = "frequency_cycles_per_pixel,power,count\n";
+    for (const SpectrumBin& bin : bins) text += fmt::format("{},{},{}\n", bin.frequency, bin.power, bin.count);
+    output_.write(path(file), text);
+  }
+
+  static PlotLine line_of(const std::vector<SpectrumBin>& bins, const std::string& label, PlotLine::Style style) {
+    PlotLine line{label, {}, {}, style};
+    for (const SpectrumBin& bin : bins) {
+      line.x.push_back(bin.frequency);
+      line.y.push_back(bin.power);
+    }
+    return line;
+  }
+
+  void show_plane_spectrum() {
+    const PlaneSpectrum spectrum = plane_spectrum(texture_, kind_, 0, 1);
+    const std::vector<SpectrumBin> rings = radial_average(spectrum);
+    write_csv("spectrum_xy.csv", rings);
+    Plot plot{"Power over the frequencies of a slice",
+              "frequency (cycles a pixel)",
+              "power, white noise = 1",
+              false,
+              {line_of(rings, "this texture", PlotLine::Style::main),
+               PlotLine{"white noise", {0, 0.5}, {1, 1}, PlotLine::Style::dashed}}};
+    std::string text = "Where the filter lets much through, power should be low: that error stays in the image.";
+    if (file_.config) {
+      const Footprint footprint(extents_, file_.config->problem.filter);
+      plot.lines.push_back(
+          line_of(radial_average(filter_response(footprint)), "filter lets through", PlotLine::Style::second));
+    } else {
+      text = "Power missing at low frequencies is error that a filter removes.";
+    }
+    const std::string svg = plot_svg(plot);
+    output_.write(path("spectrum_xy.svg"), svg);
+    const Picture picture = spectrum_picture(spectrum);
+    const int factor = factor_to_fill(picture, shown_size);
+    report_.sections.push_back(
+        {"Spectrum of a slice",
+         text,
+         {{picture_html("spectrum_xy.png", enlarged(picture, factor), "power spectrum over x and y",
+                        std::min(picture.width * factor, shown_size)),
+           "Mean over slices and channels, frequency zero in the middle. Black: none; light grey: as white noise; "
+           "white: twice that or more."},
+          {svg, "The same, averaged over rings."}}});
+  }
+
+  void show_slice_axis_spectrum(int axis) {
+    const std::string& name = extents_.name(axis);
+    const PlaneSpectrum spectrum = plane_spectrum(texture_, kind_, 0, axis);
+    const std::vector<SpectrumBin> rows = row_average(spectrum);
+    write_csv(fmt::format("spectrum_{}.csv", name), rows);
+    const Plot plot{"Power over the frequencies along " + name,
+                    fmt::format("frequency along {} (cycles a slice)", name),
+                    "power, white noise = 1",
+                    false,
+                    {line_of(rows, "this texture", PlotLine::Style::main),
+                     PlotLine{"white noise", {0, 0.5}, {1, 1}, PlotLine::Style::dashed}}};
+    const Picture picture = spectrum_picture(spectrum);
+    const int factor = factor_to_fill(picture, shown_size);
+    report_.sections.push_back(
+        {fmt::format("Spectrum over x and {}", name),
+         "",
+         {{picture_html(fmt::format("spectrum_x{}.png", name), enlarged(picture, factor),
+                        fmt::format("power spectrum over x and {}", name),
+                        std::min(picture.width * factor, shown_size)),
+           fmt::format("Frequency along x to the right, along {} upward, zero in the middle; greys as above.", name)},
+          {plot_svg(plot),
+           fmt::format("How each pixel changes along {}: the mean over all frequencies along x.", name)}}});
+  }
+
+  const std::vector<double>* column(const std::string& name) const {
+    for (const auto& [column_name, values] : file_.history)
+      if (column_name == name) return &values;
+    return nullptr;
+  }
+
+  void show_convergence() {
+    const std::vector<double>* const error = column("relative_error");
+    if (error == nullptr || error->size() < 2) return;
+    std::string csv;
+    for (const auto& [name, values] : file_.history) csv += (csv.empty() ? "" : ",") + name;
+    csv += "\n";
+    for (std::size_t row = 0; row < error->size(); ++row)
+      for (std::size_t c = 0; c < file_.history.size(); ++c)
+        csv += fmt::format("{}{}", file_.history[c].second[row], c + 1 == file_.history.size() ? "\n" : ",");
+    output_.write(path("convergence.csv"), csv);
+    ReportSection section{"Convergence", "", {}};
+    for (const auto& [name, label] : {std::pair{"sweep", "sweeps"}, std::pair{"seconds", "seconds"}}) {
+      const std::vector<double>* const x = column(name);
+      if (x == nullptr || x->back() <= 0) continue;
+      const Plot plot{fmt::format("R against {}", label),
+                      label,
+                      "relative error R",
+                      true,
+                      {PlotLine{"", *x, *error, PlotLine::Style::main}}};
+      section.figures.push_back({plot_svg(plot), fmt::format("R against {}.", label)});
+    }
+    report_.sections.push_back(std::move(section));
+  }
+
+  const TextureFile& file_;
+  const Texture& texture_;
+  const Extents& extents_;
+  std::string folder_;
+  OutputFiles& output_;
+  ThreadPool& pool_;
+  DistanceKind kind_ = DistanceKind::euclidean;
+  Report report_;
+};
+
+}  // namespace
+
+void analyze_texture(const std::string& name, const TextureFile& file, const std::string& folder, OutputFiles& output,
+                     ThreadPool& pool) {
+  Analysis(name, file, folder, output, pool).run();
+}
+
+}  // namespace noiseloom
