@@ -64,6 +64,7 @@ TEST(Error, NearestWordFindsMisspellingsOnly) {
   EXPECT_EQ(nearest_word("guass", accepted), "gauss");
   EXPECT_EQ(nearest_word("bx", accepted), "box");
   EXPECT_EQ(nearest_word("zebra", accepted), "");
+  EXPECT_EQ(nearest_word("sede", {"size", "seed"}), "seed");
 }
 
 }  // namespace

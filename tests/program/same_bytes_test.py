@@ -1,0 +1,94 @@
+"""The same /samples for any number of ranks, threads and interruptions, and without FMA."""
+
+import os
+import signal
+import subprocess
+import time
+
+from support import PLAIN_CPU, ProgramTest, main
+
+PRODUCT = """
+[texture]
+size    = { x = 23, y = 19, t = 11 }
+samples = "hemisphere-cosine"
+[filter]
+combine = "product"
+groups  = [ { axes = "xy", kernel = "box", size = 3 }, { axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.1 } ]
+[optimizer]
+stop = { iterations = 40 }
+"""
+
+SUM = """
+[texture]
+size    = { x = 16, y = 16, t = 7, z = 3 }
+samples = "vector2"
+[filter]
+combine = "sum"
+groups  = [ { axes = "xy", kernel = "gauss-energy", sigma = 1.2 }, { axes = "t", kernel = "gauss-energy", sigma = 1.2 } ]
+[energy]
+value_kernel = "stbn"
+[optimizer]
+stop = { iterations = 12 }
+"""
+
+FAST = PRODUCT.replace("[optimizer]", '[optimizer]\nmethod = "fast"').replace("hemisphere-cosine", "gauss")
+
+
+class SameBytes(ProgramTest):
+    def checksum(self, config, *arguments, **options):
+        self.run_program("generate", config, "-o", "run.h5", "--overwrite", "--progress", "none", *arguments, **options)
+        return self.samples_checksum("run.h5")
+
+    def test_ranks_threads_and_processors(self):
+        for name, text in (("product", PRODUCT), ("sum", SUM), ("fast", FAST)):
+            with self.subTest(name):
+                config = self.write(name + ".toml", text)
+                expected = self.checksum(config, "--threads", 1)
+                for ranks, threads in ((1, 2), (2, 1), (3, 1), (3, 2), (5, 1), (13, 1)):
+                    self.assertEqual(self.checksum(config, "--threads", threads, ranks=ranks), expected, (ranks, threads))
+                self.assertEqual(self.checksum(config, environment=PLAIN_CPU), expected, "without FMA")
+                self.assertNotEqual(self.checksum(config, "--set", "texture.seed=2"), expected)
+
+    def test_three_interruptions_and_other_ranks(self):
+        config = self.write("run.toml", PRODUCT.replace("iterations = 40", "iterations = 150"))
+        expected = self.checksum(config)
+        stopped = 0
+        for ranks, number in ((2, signal.SIGUSR1), (5, signal.SIGUSR2), (1, signal.SIGTERM), (3, signal.SIGINT)):
+            command = self.command("generate", config, "-o", "stopped.h5", "--resume", "--progress", "json", ranks=ranks)
+            if ranks == 1:
+                command = self.command("generate", config, "-o", "stopped.h5", "--resume", "--progress", "json")
+            process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=self.folder)
+            for line in process.stderr:
+                if '"sweep"' in line:
+                    break  # under way
+            if number in (signal.SIGTERM, signal.SIGINT) and ranks > 1:
+                number = signal.SIGUSR1  # mpirun kills its ranks soon after these two
+            process.send_signal(number)
+            process.stderr.read()
+            status = process.wait(timeout=60)
+            process.stderr.close()
+            self.assertIn(status, (0, 75), (ranks, number))
+            stopped += status == 75
+        self.assertGreaterEqual(stopped, 3, "the run was too short to be interrupted")
+        self.run_program("generate", config, "-o", "stopped.h5", "--resume", "--progress", "none", ranks=2)
+        self.assertEqual(self.samples_checksum("stopped.h5"), expected)
+        self.assertEqual(self.info("stopped.h5")["provenance"]["parts"], stopped + 1)
+
+    def test_time_limit_stops_with_75_and_resumes(self):
+        config = self.write("run.toml", PRODUCT)
+        expected = self.checksum(config)
+        status = 75
+        parts = 0
+        while status == 75 and parts < 200:
+            done = self.run_program("generate", config, "-o", "slow.h5", "--resume", "--time-limit", "0.05s",
+                                    "--checkpoint-every", "0.02s", "--progress", "none", expect=None)
+            status = done.returncode
+            self.assertIn(status, (0, 75), done.stderr)
+            parts += 1
+        self.assertEqual(status, 0)
+        self.assertGreater(parts, 2)
+        self.assertEqual(self.samples_checksum("slow.h5"), expected)
+
+
+if __name__ == "__main__":
+    main()
