@@ -1,0 +1,153 @@
+// The slow twin of void and cluster: a weight for every pair of pixels by the definition, every pick by a full scan. It
+// shares with the library the specification, the start pattern and the tie hash; weights and phases are its own.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "noiseloom/core/math.h"
+#include "noiseloom/optimize/void_and_cluster.h"
+
+namespace noiseloom::oracle {
+
+class VoidAndClusterOracle {
+ public:
+  // Energies in units of 2^-scale_log2.
+  VoidAndClusterOracle(const VacSpec& spec, int scale_log2)
+      : spec_(spec), n_(static_cast<std::size_t>(spec.extents.num_cells())), scale_log2_(scale_log2) {
+    fill_weights();
+  }
+
+  // The largest energy that a pixel can have: all others on.
+  std::int64_t largest_energy() const {
+    std::int64_t largest = 0;
+    for (std::size_t p = 0; p < n_; ++p) {
+      std::int64_t sum = 0;
+      for (std::size_t q = 0; q < n_; ++q) sum += weight(p, q);
+      largest = std::max(largest, sum);
+    }
+    return largest;
+  }
+  std::int64_t weight(std::size_t p, std::size_t q) const { return weights_[p * n_ + q]; }
+  std::int64_t num_swaps() const { return num_swaps_; }
+
+  std::vector<std::uint64_t> order() {
+    std::vector<std::uint64_t> ranks(n_);
+    on_.assign(n_, false);
+    energy_.assign(n_, 0);
+    const auto start = vac_start_pattern(spec_);
+    for (const std::uint64_t p : start) flip(p);
+    num_swaps_ = 0;
+    while (!start.empty()) {
+      const std::size_t cluster = extreme(true);
+      flip(cluster);
+      const std::size_t gap = extreme(false);
+      flip(gap);
+      if (gap == cluster) break;
+      ++num_swaps_;
+    }
+    const std::vector<bool> pattern = on_;
+    for (std::uint64_t rank = start.size(); rank > 0; --rank) {
+      const std::size_t cluster = extreme(true);
+      flip(cluster);
+      ranks[cluster] = rank - 1;
+    }
+    for (std::size_t p = 0; p < n_; ++p) {
+      if (pattern[p]) flip(p);
+    }
+    for (std::uint64_t rank = start.size(); rank < n_; ++rank) {
+      const std::size_t gap = extreme(false);
+      flip(gap);
+      ranks[gap] = rank;
+    }
+    return ranks;
+  }
+
+ private:
+  std::vector<std::int64_t> coordinates(std::size_t p) const {
+    std::vector<std::int64_t> c;
+    auto rest = static_cast<std::int64_t>(p);
+    for (int axis = 0; axis < spec_.extents.num_axes(); ++axis) {
+      c.push_back(rest % spec_.extents.size(axis));
+      rest /= spec_.extents.size(axis);
+    }
+    return c;
+  }
+
+  // The Gaussian of a difference along one axis, over all images on a torus.
+  double along(int axis, std::int64_t d, double sigma) const {
+    const auto gauss = [&](std::int64_t r) {
+      return math::exp(-static_cast<double>(r) * static_cast<double>(r) / (2 * sigma * sigma));
+    };
+    if (!spec_.toroidal.empty() && !spec_.toroidal[static_cast<std::size_t>(axis)]) return gauss(d);
+    const std::int64_t n = spec_.extents.size(axis);
+    d = std::abs(d) % n;
+    double sum = gauss(d);
+    for (std::int64_t k = 1; static_cast<double>(k * n) < 20 * sigma + static_cast<double>(n); ++k) {
+      sum += gauss(d + k * n) + gauss(d - k * n);
+    }
+    return sum;
+  }
+
+  void fill_weights() {
+    weights_.assign(n_ * n_, 0);
+    std::vector<std::vector<std::int64_t>> at;
+    for (std::size_t p = 0; p < n_; ++p) at.push_back(coordinates(p));
+    for (const VacGroup& group : spec_.groups) {
+      const auto in_group = [&](std::size_t axis) {
+        return std::find(group.axes.begin(), group.axes.end(), static_cast<int>(axis)) != group.axes.end();
+      };
+      const std::size_t num_axes = at[0].size();
+      std::vector<std::vector<double>> gauss(num_axes);  // by |difference|
+      for (std::size_t axis = 0; axis < num_axes; ++axis) {
+        for (std::int64_t d = 0; d < spec_.extents.size(static_cast<int>(axis)); ++d) {
+          gauss[axis].push_back(along(static_cast<int>(axis), d, group.sigma_px));
+        }
+      }
+      for (std::size_t p = 0; p < n_; ++p) {
+        for (std::size_t q = 0; q < n_; ++q) {
+          double product = p == q ? 0 : 1;
+          for (std::size_t axis = 0; axis < num_axes; ++axis) {
+            const auto d = static_cast<std::size_t>(std::abs(at[p][axis] - at[q][axis]));
+            product *= in_group(axis) ? gauss[axis][d] : d == 0 ? 1 : 0;
+          }
+          weights_[p * n_ + q] += static_cast<std::int64_t>(std::floor(std::ldexp(product, scale_log2_) + 0.5));
+        }
+      }
+    }
+  }
+
+  void flip(std::size_t p) {
+    on_[p] = !on_[p];
+    for (std::size_t q = 0; q < n_; ++q) energy_[q] += on_[p] ? weight(p, q) : -weight(p, q);
+  }
+
+  // The pixel with the largest key among those on, or the smallest among those off.
+  std::size_t extreme(bool largest_on) const {
+    const VacTieHash hash(spec_.seed);
+    std::size_t best = n_;
+    for (std::size_t p = 0; p < n_; ++p) {
+      if (on_[p] != largest_on) continue;
+      bool better = best == n_;
+      if (!better && energy_[p] != energy_[best]) {
+        better = (energy_[p] > energy_[best]) == largest_on;
+      } else if (!better) {
+        better = (hash(p) > hash(best)) == largest_on;  // no two hashes are equal below 2^32 pixels
+      }
+      if (better) best = p;
+    }
+    return best;
+  }
+
+  VacSpec spec_;
+  std::size_t n_;
+  int scale_log2_;
+  std::vector<std::int64_t> weights_;
+  std::vector<bool> on_;
+  std::vector<std::int64_t> energy_;
+  std::int64_t num_swaps_ = 0;
+};
+
+}  // namespace noiseloom::oracle
