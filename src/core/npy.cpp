@@ -88,18 +88,11 @@ Header read_header(std::ifstream& file, const std::string& path) {
   return parse_header(dict, path);
 }
 
-std::string text_of_shape(std::span<const std::int64_t> shape) {
-  std::string text = "(";
-  for (const std::int64_t size : shape) text += std::to_string(size) + (shape.size() == 1 ? "," : ", ");
-  if (shape.size() > 1) text.resize(text.size() - 2);
-  return text + ")";
-}
-
 std::int64_t count_of(std::span<const std::int64_t> shape, const std::string& path) {
   std::int64_t count = 1;
   for (const std::int64_t size : shape) {
     constexpr std::int64_t most = std::numeric_limits<std::int64_t>::max() / 8;
-    if (size > 0 && count > most / size) throw UserError(path, "shape " + text_of_shape(shape) + " is too large");
+    if (size > 0 && count > most / size) throw UserError(path, "shape " + npy_shape_text(shape) + " is too large");
     count *= size;
   }
   return count;
@@ -119,7 +112,7 @@ std::vector<double> read_values(std::ifstream& file, const Header& header, const
   const std::int64_t wanted = count * static_cast<std::int64_t>(sizeof(T));
   const std::int64_t found = bytes_left(file);
   if (found != wanted) {
-    throw UserError(path, "shape " + text_of_shape(header.shape) + " needs " + std::to_string(wanted) +
+    throw UserError(path, "shape " + npy_shape_text(header.shape) + " needs " + std::to_string(wanted) +
                               " bytes of values; the file holds " + std::to_string(found));
   }
   std::vector<double> values(static_cast<std::size_t>(count));
@@ -143,6 +136,13 @@ std::vector<double> read_values(std::ifstream& file, const Header& header, const
 }
 
 }  // namespace
+
+std::string npy_shape_text(std::span<const std::int64_t> shape) {
+  std::string text = "(";
+  for (const std::int64_t size : shape) text += std::to_string(size) + (shape.size() == 1 ? "," : ", ");
+  if (shape.size() > 1) text.resize(text.size() - 2);
+  return text + ")";
+}
 
 NpyArray read_npy(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -170,7 +170,7 @@ NpyArray read_npy(const std::string& path) {
 }
 
 std::string npy_float32_header(std::span<const std::int64_t> shape) {
-  std::string dict = "{'descr': '<f4', 'fortran_order': False, 'shape': " + text_of_shape(shape) + ", }";
+  std::string dict = "{'descr': '<f4', 'fortran_order': False, 'shape': " + npy_shape_text(shape) + ", }";
   // Values begin at a multiple of 64 bytes; the header ends with a newline.
   constexpr std::size_t before = 10;
   dict.resize((before + dict.size() + 1 + 63) / 64 * 64 - before - 1, ' ');

@@ -21,6 +21,9 @@ struct NpyArray {
 // few or too many bytes. NaN and inf are passed on.
 NpyArray read_npy(const std::string& path);
 
+// "(64, 128, 3)", as NumPy writes it.
+std::string npy_shape_text(std::span<const std::int64_t> shape);
+
 // What stands before the values of a float32 array of that shape: for writers that stream.
 std::string npy_float32_header(std::span<const std::int64_t> shape);
 
