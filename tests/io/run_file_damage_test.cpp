@@ -83,20 +83,21 @@ TEST_F(RunFileDamage, JoinsNeighbouringSlices) {
 TEST_F(RunFileDamage, FindsEveryFlippedBit) {
   // Every byte of the text block's used lines and of all structures would take long; a prime stride meets them all.
   for (std::size_t byte = 0; byte < good_.size(); byte += byte < 600 ? 1 : 13) {
-    std::string damaged = good_;
-    damaged[byte] = static_cast<char>(damaged[byte] ^ (1 << byte % 8));
-    ASSERT_THAT(opening_with(damaged), HasSubstr("damaged: " + path_ + ": damaged: bytes")) << "byte " << byte;
+    put_bytes(path_, byte, {static_cast<char>(good_[byte] ^ (1 << byte % 8))});
+    ASSERT_THAT(opening(path_), HasSubstr("damaged: " + path_ + ": damaged: bytes")) << "byte " << byte;
+    put_bytes(path_, byte, {good_[byte]});
   }
 }
 
 TEST_F(RunFileDamage, FindsEveryTruncation) {
-  for (std::size_t length = 0; length < good_.size(); length += length < 600 ? 7 : 97) {
-    ASSERT_THAT(opening_with(good_.substr(0, length)),
-                AllOf(HasSubstr("damaged: "), HasSubstr(length == 0 ? "empty" : "truncated"),
-                      HasSubstr(std::to_string(length))))
-        << "length " << length;
+  for (std::size_t length = good_.size() - 1; length > 0;
+       length -= std::min<std::size_t>(length, length > 600 ? 97 : 7)) {
+    std::filesystem::resize_file(path_, length);
+    ASSERT_THAT(opening(path_),
+                AllOf(HasSubstr("damaged: " + path_ + ": truncated"), HasSubstr(std::to_string(length))));
   }
-  ASSERT_THAT(opening_with(good_.substr(0, good_.size() - 1)), HasSubstr("truncated"));
+  std::filesystem::resize_file(path_, 0);
+  EXPECT_THAT(opening(path_), HasSubstr("damaged: " + path_ + ": empty"));
 }
 
 TEST_F(RunFileDamage, SaysWhereATruncatedFileEnds) {
