@@ -120,7 +120,9 @@ TEST(RunLock, IsNeverHeldTwiceWhileFilesAreRemoved) {
         for (int done = 0; done < steps;) {
           try {
             const RunLock lock(path);
-            put_bytes(counter, std::filesystem::file_size(counter), "x");
+            const std::size_t size = std::filesystem::file_size(counter);
+            ::usleep(200);  // time for a second holder to come in between, if one can
+            put_bytes(counter, size, "x");
             ++done;
           } catch (const UserError&) {
             ::usleep(100);
