@@ -82,7 +82,7 @@ struct Engine::Impl {
     for (int worker = 0; worker < pool.num_threads(); ++worker) {
       auto delta = make_swap_delta(footprint, kernel, optimizer.precision);
       if (optimizer.method == Method::anneal) {
-        anneal_movers.emplace_back(layout, std::move(delta));
+        anneal_movers.emplace_back(std::move(delta));
       } else {
         pairing_movers.emplace_back(std::move(delta));
       }
@@ -296,6 +296,7 @@ void Engine::restore(const EngineState& state,
 
 std::vector<SliceIndex> Engine::slices_held() const { return impl_->held(); }
 bool Engine::finished() const { return !impl_->state.finished.empty(); }
+const std::string& Engine::finished_by() const { return impl_->state.finished; }
 
 void Engine::step(double seconds) {
   NOISELOOM_CHECK(!finished());

@@ -23,19 +23,14 @@ void SliceField::get(Cell cell, float* out) const {
 void SliceField::set(Cell cell, const float* sample) {
   const std::int64_t x = cell % layout_.width;
   const std::int64_t y = cell / layout_.width;
-  // The reach is at most half the size, so a cell has at most one image on each axis.
-  const std::int64_t image_x = x < layout_.reach_x                    ? x + layout_.width
-                               : x >= layout_.width - layout_.reach_x ? x - layout_.width
-                                                                      : x;
-  const std::int64_t image_y = y < layout_.reach_y                     ? y + layout_.height
-                               : y >= layout_.height - layout_.reach_y ? y - layout_.height
-                                                                       : y;
+  const std::int64_t image_x = layout_.image_x(x);
+  const std::int64_t image_y = layout_.image_y(y);
   for (int c = 0; c < layout_.channels; ++c) {
     float* base = data_.data() + c * layout_.plane_size + layout_.reach_y * layout_.stride + layout_.reach_x;
     base[y * layout_.stride + x] = sample[c];
-    if (image_x != x) base[y * layout_.stride + image_x] = sample[c];
-    if (image_y != y) base[image_y * layout_.stride + x] = sample[c];
-    if (image_x != x && image_y != y) base[image_y * layout_.stride + image_x] = sample[c];
+    base[y * layout_.stride + image_x] = sample[c];
+    base[image_y * layout_.stride + x] = sample[c];
+    base[image_y * layout_.stride + image_x] = sample[c];
   }
 }
 

@@ -44,11 +44,9 @@ struct AnnealMover::Candidate {
   std::uint32_t acceptance_bits;
 };
 
-AnnealMover::AnnealMover(const FieldLayout& layout, std::unique_ptr<SwapDelta> delta)
-    : delta_(std::move(delta)), field_(layout) {}
+AnnealMover::AnnealMover(std::unique_ptr<SwapDelta> delta) : delta_(std::move(delta)) {}
 
-void AnnealMover::load(const SliceField& field, std::span<const std::uint32_t> permutation) {
-  field_ = field;
+void AnnealMover::load(std::span<const std::uint32_t> permutation) {
   id_at_.assign(permutation.begin(), permutation.end());
   cell_of_.resize(id_at_.size());
   for (std::size_t cell = 0; cell < id_at_.size(); ++cell) cell_of_[id_at_[cell]] = static_cast<std::uint32_t>(cell);
@@ -65,8 +63,8 @@ AnnealMover::Candidate AnnealMover::draw(const Visit& visit, std::uint64_t index
 VisitResult AnnealMover::visit(const Visit& visit, double temperature, const PartnerDraw& partners,
                                const SliceField& field, std::span<const std::uint32_t> permutation,
                                const FieldOf& others) {
-  load(field, permutation);
-  delta_->bind(visit.slice, field_, others);
+  load(permutation);
+  delta_->bind(visit.slice, field, others);
   VisitResult result;
   const std::uint64_t count = id_at_.size() / 2;
   for (std::uint64_t index = 0; index < count; ++index) {
@@ -80,7 +78,7 @@ VisitResult AnnealMover::visit(const Visit& visit, double temperature, const Par
       const double uniform = (static_cast<double>(candidate.acceptance_bits) + 0.5) * 0x1p-32;
       if (change >= -temperature * math::log(uniform)) continue;
     }
-    field_.swap(candidate.i, candidate.j);
+    delta_->swap(candidate.i, candidate.j);
     std::swap(id_at_[static_cast<std::size_t>(candidate.i)], id_at_[static_cast<std::size_t>(candidate.j)]);
     cell_of_[id_at_[static_cast<std::size_t>(candidate.i)]] = static_cast<std::uint32_t>(candidate.i);
     cell_of_[id_at_[static_cast<std::size_t>(candidate.j)]] = static_cast<std::uint32_t>(candidate.j);
@@ -92,8 +90,8 @@ VisitResult AnnealMover::visit(const Visit& visit, double temperature, const Par
 double AnnealMover::mean_magnitude(const Visit& visit, std::int64_t count, const PartnerDraw& partners,
                                    const SliceField& field, std::span<const std::uint32_t> permutation,
                                    const FieldOf& others) {
-  load(field, permutation);
-  delta_->bind(visit.slice, field_, others);
+  load(permutation);
+  delta_->bind(visit.slice, field, others);
   double sum = 0;
   std::int64_t judged = 0;
   for (std::int64_t index = 0; index < count; ++index) {

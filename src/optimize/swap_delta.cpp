@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "optimize/metrics.h"
+#include "optimize/pair_weights.h"
+#include "optimize/swap_delta_float.h"
 
 namespace noiseloom {
 namespace {
@@ -23,37 +25,40 @@ struct SlicePlan {
   std::vector<TapRow> rows;
 };
 
-template <class Real, DistanceKind kind, ValueKernelKind value_kind, int C>
-class FootprintDelta final : public SwapDelta {
+template <DistanceKind kind, ValueKernelKind value_kind, int C>
+class DoubleDelta final : public SwapDelta {
  public:
-  FootprintDelta(const Footprint& footprint, const ValueKernel& kernel)
+  DoubleDelta(const Footprint& footprint, const ValueKernel& kernel)
       : footprint_(footprint), layout_(footprint, C), metric_(kernel) {
     for (const SliceTaps& slice : footprint.slices()) add_slice(slice);
-    add_pair_weights();
+    pair_weights_ = pair_weight_table<double>(footprint, layout_);
   }
 
   void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) override {
-    own_ = &own;
+    own_ = own;
     fields_.clear();
     for (const SlicePlan& plan : plans_) {
       const SliceIndex other = footprint_.extents().slice_at(slice, plan.offset);
-      fields_.push_back(other == slice ? &own : &others(other));
+      fields_.push_back(other == slice ? &own_ : &others(other));
     }
   }
 
   double delta(Cell i, Cell j) const override {
-    std::array<Real, C> a;
-    std::array<Real, C> b;
+    std::array<double, C> a;
+    std::array<double, C> b;
     for (int c = 0; c < C; ++c) {
-      a[static_cast<std::size_t>(c)] = own_->value(i, c);
-      b[static_cast<std::size_t>(c)] = own_->value(j, c);
+      a[static_cast<std::size_t>(c)] = own_.value(i, c);
+      b[static_cast<std::size_t>(c)] = own_.value(j, c);
     }
-    Real sum = centred_sum(i, b.data(), a.data()) + centred_sum(j, a.data(), b.data());
-    if (const Real weight = pair_weight(i, j); weight != 0) {
+    double sum = centred_sum(i, b.data(), a.data()) + centred_sum(j, a.data(), b.data());
+    if (const double weight = pair_weight(i, j); weight != 0) {
       sum -= weight * (metric_(a.data(), a.data()) + metric_(b.data(), b.data()) - 2 * metric_(a.data(), b.data()));
     }
-    return 2 * static_cast<double>(sum);
+    return 2 * sum;
   }
+
+  void swap(Cell i, Cell j) override { own_.swap(i, j); }
+  const SliceField& field() const override { return own_; }
 
  private:
   void add_slice(const SliceTaps& slice) {
@@ -68,7 +73,7 @@ class FootprintDelta final : public SwapDelta {
       weights_.resize(weights_.size() + row.num_weights);
       for (std::size_t k = first; k < last; ++k) {
         weights_[row.first_weight + static_cast<std::size_t>(slice.taps[k].dx - begin)] =
-            static_cast<Real>(slice.taps[k].weight);
+            slice.taps[k].weight;
       }
       plan.rows.push_back(row);
       first = last;
@@ -76,60 +81,33 @@ class FootprintDelta final : public SwapDelta {
     if (!plan.rows.empty()) plans_.push_back(std::move(plan));
   }
 
-  // F between two cells of one slice, as a table over (dx, dy) within the reach.
-  void add_pair_weights() {
-    const std::int64_t table_width = 2 * layout_.reach_x + 1;
-    pair_weights_.resize(static_cast<std::size_t>(table_width * (2 * layout_.reach_y + 1)));
-    for (const PlaneTap& tap : footprint_.slices()[0].taps) {
-      for (const auto dx : images(tap.dx, layout_.width, layout_.reach_x)) {
-        for (const auto dy : images(tap.dy, layout_.height, layout_.reach_y)) {
-          pair_weights_[static_cast<std::size_t>((dy + layout_.reach_y) * table_width + dx + layout_.reach_x)] =
-              static_cast<Real>(tap.weight);
-        }
-      }
-    }
-  }
-
-  // The offsets within the reach that are `d` on the torus.
-  static std::vector<std::int64_t> images(std::int64_t d, std::int64_t size, std::int64_t reach) {
-    std::vector<std::int64_t> found;
-    for (const std::int64_t image : {d - size, d, d + size}) {
-      if (image >= -reach && image <= reach) found.push_back(image);
-    }
-    return found;
-  }
-
-  Real pair_weight(Cell i, Cell j) const {
-    const std::int64_t dx = nearest(j % layout_.width - i % layout_.width, layout_.width);
-    const std::int64_t dy = nearest(j / layout_.width - i / layout_.width, layout_.height);
+  double pair_weight(Cell i, Cell j) const {
+    const std::int64_t dx = nearest_offset(j % layout_.width - i % layout_.width, layout_.width);
+    const std::int64_t dy = nearest_offset(j / layout_.width - i / layout_.width, layout_.height);
     if (std::abs(dx) > layout_.reach_x || std::abs(dy) > layout_.reach_y) return 0;
     return pair_weights_[static_cast<std::size_t>((dy + layout_.reach_y) * (2 * layout_.reach_x + 1) + dx +
                                                   layout_.reach_x)];
   }
-  static std::int64_t nearest(std::int64_t d, std::int64_t size) {
-    return 2 * d > size ? d - size : 2 * d < -size ? d + size : d;
-  }
-
   // sum over taps of F (K(gained, s) - K(lost, s)) around a cell.
-  Real centred_sum(Cell cell, const Real* gained, const Real* lost) const {
+  double centred_sum(Cell cell, const double* gained, const double* lost) const {
     const std::int64_t at = layout_.at(cell);
-    std::array<Real, lanes> sums{};
+    std::array<double, lanes> sums{};
     for (std::size_t p = 0; p < plans_.size(); ++p) {
       for (const TapRow& row : plans_[p].rows) add_row(row, *fields_[p], at, gained, lost, sums);
     }
-    Real total = 0;
-    for (const Real lane : sums) total += lane;
+    double total = 0;
+    for (const double lane : sums) total += lane;
     return total;
   }
 
-  void add_row(const TapRow& row, const SliceField& field, std::int64_t at, const Real* gained, const Real* lost,
-               std::array<Real, lanes>& sums) const {
-    const Real* weights = weights_.data() + row.first_weight;
+  void add_row(const TapRow& row, const SliceField& field, std::int64_t at, const double* gained, const double* lost,
+               std::array<double, lanes>& sums) const {
+    const double* weights = weights_.data() + row.first_weight;
     for (std::size_t k = 0; k < row.num_weights; k += lanes) {
       for (std::size_t lane = 0; lane < lanes; ++lane) {
-        Real sample[C];
+        double sample[C];
         for (int c = 0; c < C; ++c) {
-          sample[c] = static_cast<Real>(field.plane(c)[at + row.offset + static_cast<std::int64_t>(k + lane)]);
+          sample[c] = static_cast<double>(field.plane(c)[at + row.offset + static_cast<std::int64_t>(k + lane)]);
         }
         sums[lane] += weights[k + lane] * (metric_(gained, sample) - metric_(lost, sample));
       }
@@ -138,50 +116,48 @@ class FootprintDelta final : public SwapDelta {
 
   const Footprint& footprint_;
   FieldLayout layout_;
-  metrics::Metric<Real, kind, value_kind, C> metric_;
+  metrics::Metric<kind, value_kind, C> metric_;
   std::vector<SlicePlan> plans_;
-  std::vector<Real> weights_;
-  std::vector<Real> pair_weights_;
-  const SliceField* own_ = nullptr;
+  std::vector<double> weights_;
+  std::vector<double> pair_weights_;
+  SliceField own_;
   std::vector<const SliceField*> fields_;
 };
 
-template <class Real, DistanceKind kind, int C>
+template <DistanceKind kind, int C>
 std::unique_ptr<SwapDelta> with_value_kind(const Footprint& footprint, const ValueKernel& kernel) {
   if (kernel.kind == ValueKernelKind::distance) {
-    return std::make_unique<FootprintDelta<Real, kind, ValueKernelKind::distance, C>>(footprint, kernel);
+    return std::make_unique<DoubleDelta<kind, ValueKernelKind::distance, C>>(footprint, kernel);
   }
-  return std::make_unique<FootprintDelta<Real, kind, ValueKernelKind::stbn, C>>(footprint, kernel);
+  return std::make_unique<DoubleDelta<kind, ValueKernelKind::stbn, C>>(footprint, kernel);
 }
 
-template <class Real, DistanceKind kind, int C, int last>
+template <DistanceKind kind, int C, int last>
 std::unique_ptr<SwapDelta> with_channels(const Footprint& footprint, const ValueKernel& kernel) {
-  if (kernel.channels == C) return with_value_kind<Real, kind, C>(footprint, kernel);
-  if constexpr (C < last) return with_channels<Real, kind, C + 1, last>(footprint, kernel);
+  if (kernel.channels == C) return with_value_kind<kind, C>(footprint, kernel);
+  if constexpr (C < last) return with_channels<kind, C + 1, last>(footprint, kernel);
   NOISELOOM_CHECK_LE(kernel.channels, last);
   return nullptr;
 }
 
-template <class Real>
-std::unique_ptr<SwapDelta> with_precision(const Footprint& footprint, const ValueKernel& kernel) {
+std::unique_ptr<SwapDelta> make_double_delta(const Footprint& footprint, const ValueKernel& kernel) {
   switch (kernel.distance) {
     case DistanceKind::absolute:
-      return with_value_kind<Real, DistanceKind::absolute, 1>(footprint, kernel);
+      return with_value_kind<DistanceKind::absolute, 1>(footprint, kernel);
     case DistanceKind::circle:
-      return with_value_kind<Real, DistanceKind::circle, 1>(footprint, kernel);
+      return with_value_kind<DistanceKind::circle, 1>(footprint, kernel);
     case DistanceKind::angle:
-      return with_channels<Real, DistanceKind::angle, 2, 4>(footprint, kernel);
+      return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel);
     case DistanceKind::euclidean:
       break;
   }
-  return with_channels<Real, DistanceKind::euclidean, 1, 8>(footprint, kernel);
+  return with_channels<DistanceKind::euclidean, 1, 8>(footprint, kernel);
 }
 
 }  // namespace
 
 std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision) {
-  return precision == Precision::single ? with_precision<float>(footprint, kernel)
-                                        : with_precision<double>(footprint, kernel);
+  return precision == Precision::single ? make_float_delta(footprint, kernel) : make_double_delta(footprint, kernel);
 }
 
 }  // namespace noiseloom

@@ -29,7 +29,7 @@ class Movers : public ::testing::Test {
     return ids;
   }
   AnnealMover anneal_mover() const {
-    return {FieldLayout(footprint_, 1), make_swap_delta(footprint_, kernel_, Precision::dual)};
+    return AnnealMover(make_swap_delta(footprint_, kernel_, Precision::dual));
   }
 };
 

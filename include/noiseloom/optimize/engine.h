@@ -64,6 +64,7 @@ class Engine {
   std::vector<SliceIndex> slices_held() const;
 
   bool finished() const;
+  const std::string& finished_by() const;  // the stop rule that ended it; empty while it has not
   // Moves one colour class; at the end of a sweep scores and decides whether to go on. `seconds`: since the run began;
   // only rank 0's value counts. *Collective*
   void step(double seconds);

@@ -30,6 +30,15 @@ struct FieldLayout {
   std::int64_t num_floats() const { return plane_size * channels; }
   // Position of a cell in a plane.
   std::int64_t at(Cell cell) const { return (cell / width + reach_y) * stride + cell % width + reach_x; }
+  // The other place within the border where a column or row is repeated, or itself where there is none. (The reach is
+  // at most half the size, so there is at most one.)
+  std::int64_t image_x(std::int64_t x) const { return image(x, width, reach_x); }
+  std::int64_t image_y(std::int64_t y) const { return image(y, height, reach_y); }
+
+ private:
+  static std::int64_t image(std::int64_t at, std::int64_t size, std::int64_t reach) {
+    return at < reach ? at + size : at >= size - reach ? at - size : at;
+  }
 };
 
 class SliceField {

@@ -40,7 +40,7 @@ class PartnerDraw {
 // accepts improvements and ties only. Draws: Purpose::proposal (seed, slice, sweep, candidate).
 class AnnealMover {
  public:
-  AnnealMover(const FieldLayout& layout, std::unique_ptr<SwapDelta> delta);
+  explicit AnnealMover(std::unique_ptr<SwapDelta> delta);
   VisitResult visit(const Visit& visit, double temperature, const PartnerDraw& partners, const SliceField& field,
                     std::span<const std::uint32_t> permutation, const FieldOf& others);
   // Mean |dE| of `count` candidates of the visit, none of them carried out.
@@ -50,10 +50,9 @@ class AnnealMover {
  private:
   struct Candidate;
   Candidate draw(const Visit& visit, std::uint64_t index, const PartnerDraw& partners) const;
-  void load(const SliceField& field, std::span<const std::uint32_t> permutation);
+  void load(std::span<const std::uint32_t> permutation);
 
   std::unique_ptr<SwapDelta> delta_;
-  SliceField field_;
   std::vector<std::uint32_t> id_at_;
   std::vector<std::uint32_t> cell_of_;
 };

@@ -23,15 +23,18 @@ using FieldOf = std::function<const SliceField&(SliceIndex)>;
 class SwapDelta {
  public:
   virtual ~SwapDelta() = default;
-  // Sets the slice whose samples move, `own` (which the caller changes between calls of delta), and the slices around
-  // it.
+  // Copies the slice whose samples move and takes a view of the slices around it.
   virtual void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) = 0;
   // dE for swapping the samples of cells i != j of the bound slice.
   virtual double delta(Cell i, Cell j) const = 0;
+  // Carries the swap out in the copy.
+  virtual void swap(Cell i, Cell j) = 0;
+  // The bound slice as it is now.
+  virtual const SliceField& field() const = 0;
 };
 
-// Arithmetic in float or double, in an order that does not depend on the machine. The footprint must outlive the
-// object.
+// dual: double, from the definitions. single: float, vectorised; the same bits on every machine. Float resolves angles
+// between directions to 4e-7, but to 4e-4 only where they nearly agree or oppose. The footprint must outlive the object.
 std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision);
 
 }  // namespace noiseloom

@@ -1,0 +1,119 @@
+#include "optimize/delta_fields.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "optimize/pair_weights.h"
+
+namespace noiseloom {
+namespace {
+
+std::int64_t round_up(std::int64_t n, std::size_t multiple) {
+  const auto m = static_cast<std::int64_t>(multiple);
+  return (n + m - 1) / m * m;
+}
+
+bool same_pixel_only(const SliceTaps& slice) {
+  return slice.taps.size() == 1 && slice.taps[0].dx == 0 && slice.taps[0].dy == 0;
+}
+
+}  // namespace
+
+DeltaFields::DeltaFields(const Footprint& footprint, int channels)
+    : footprint_(footprint),
+      layout_(footprint, channels),
+      divider_(layout_.width),
+      origin_(layout_.at(0)),
+      transposed_stride_(layout_.height + 2 * layout_.reach_y),
+      transposed_origin_(layout_.reach_x * transposed_stride_ + layout_.reach_y),
+      own_plan_(plan_plane(footprint.slices()[0].taps, layout_.stride, transposed_stride_)),
+      pair_weights_(pair_weight_table<float>(footprint, layout_)) {
+  if (!own_plan_.columns.empty()) {
+    transposed_size_ = transposed_stride_ * (layout_.width + 2 * layout_.reach_x) + FieldLayout::slack;
+    transposed_.resize(static_cast<std::size_t>(transposed_size_ * channels));
+  }
+  plan_others();
+}
+
+void DeltaFields::plan_others() {
+  std::vector<PlaneTap> stack;
+  for (const SliceTaps& slice : footprint_.slices().subspan(1)) {
+    if (same_pixel_only(slice)) {
+      stack.push_back({static_cast<std::int32_t>(stacked_.size()), 0, slice.taps[0].weight});
+      stacked_.push_back(slice.offset);
+    } else {
+      planes_.push_back({slice.offset, plan_rows(slice.taps, layout_.stride)});
+    }
+  }
+  stack_taps_ = plan_rows(stack, 0);
+  stack_size_ = round_up(static_cast<std::int64_t>(stacked_.size()), block_lanes);
+  stack_samples_.resize(static_cast<std::size_t>(stack_size_ * layout_.width * layout_.height * layout_.channels));
+}
+
+void DeltaFields::bind(SliceIndex slice, const SliceField& own, const FieldOf& others) {
+  own_ = own;
+  parts_.clear();
+  if (!own_plan_.rows.empty()) parts_.push_back({own_.plane(0), layout_.plane_size, &own_plan_.rows, rows});
+  if (transposed_size_ > 0) {
+    for (Cell cell = 0; cell < layout_.width * layout_.height; ++cell) set_transposed(cell);
+    parts_.push_back({transposed_.data(), transposed_size_, &own_plan_.columns, columns});
+  }
+  for (const Plane& plane : planes_) {
+    const SliceField& field = others(footprint_.extents().slice_at(slice, plane.offset));
+    parts_.push_back({field.plane(0), layout_.plane_size, &plane.taps, rows});
+  }
+  if (stack_size_ > 0) {
+    stack(slice, others);
+    parts_.push_back({stack_samples_.data(), stack_size_ * layout_.width * layout_.height, &stack_taps_, stacked});
+  }
+}
+
+void DeltaFields::stack(SliceIndex slice, const FieldOf& others) {
+  const Cell cells = layout_.width * layout_.height;
+  std::vector<const SliceField*> fields;
+  for (const auto& offset : stacked_) fields.push_back(&others(footprint_.extents().slice_at(slice, offset)));
+  for (int c = 0; c < layout_.channels; ++c) {
+    for (std::int64_t y = 0; y < layout_.height; ++y) {
+      float* out = stack_samples_.data() + (c * cells + y * layout_.width) * stack_size_;
+      const std::int64_t row = layout_.at(y * layout_.width);
+      for (std::size_t k = 0; k < fields.size(); ++k) {
+        const float* in = fields[k]->plane(c) + row;
+        for (std::int64_t x = 0; x < layout_.width; ++x) out[x * stack_size_ + static_cast<std::int64_t>(k)] = in[x];
+      }
+    }
+  }
+}
+
+void DeltaFields::swap(Cell i, Cell j) {
+  own_.swap(i, j);
+  if (transposed_size_ == 0) return;
+  set_transposed(i);
+  set_transposed(j);
+}
+
+void DeltaFields::set_transposed(Cell cell) {
+  const auto y = static_cast<std::int64_t>(divider_.y(cell));
+  const auto x = static_cast<std::int64_t>(divider_.x(cell, static_cast<std::uint64_t>(y)));
+  const std::int64_t image_x = layout_.image_x(x);
+  const std::int64_t image_y = layout_.image_y(y);
+  for (int c = 0; c < layout_.channels; ++c) {
+    const float value = own_.plane(c)[y * layout_.stride + x + origin_];
+    float* base = transposed_.data() + c * transposed_size_ + transposed_origin_;
+    base[x * transposed_stride_ + y] = value;
+    base[image_x * transposed_stride_ + y] = value;
+    base[x * transposed_stride_ + image_y] = value;
+    base[image_x * transposed_stride_ + image_y] = value;
+  }
+}
+
+float DeltaFields::pair_weight(Cell i, Cell j) const {
+  const auto yi = static_cast<std::int64_t>(divider_.y(i));
+  const auto yj = static_cast<std::int64_t>(divider_.y(j));
+  const std::int64_t dx = nearest_offset((j - yj * layout_.width) - (i - yi * layout_.width), layout_.width);
+  const std::int64_t dy = nearest_offset(yj - yi, layout_.height);
+  if (std::abs(dx) > layout_.reach_x || std::abs(dy) > layout_.reach_y) return 0;
+  return pair_weights_[static_cast<std::size_t>((dy + layout_.reach_y) * (2 * layout_.reach_x + 1) + dx +
+                                                layout_.reach_x)];
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,91 @@
+// What the float swap delta reads: a copy of the moving slice, its transposed copy, and the other slices, each as
+// planes of samples with the blocks of taps that are centred in them.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "noiseloom/optimize/swap_delta.h"
+#include "optimize/tap_plan.h"
+
+namespace noiseloom {
+
+// x and y of a cell without a division.
+class CellDivider {
+ public:
+  explicit CellDivider(std::int64_t width)
+      : width_(static_cast<std::uint64_t>(width)), inverse_(~std::uint64_t{0} / width_ + 1) {}
+  // Exact for cells below 2^32 and widths from 2 on [Lemire et al. 2019, doi:10.1002/spe.2689].
+  std::uint64_t y(Cell cell) const {
+    if (width_ == 1) return static_cast<std::uint64_t>(cell);
+    return static_cast<std::uint64_t>((static_cast<unsigned __int128>(inverse_) * static_cast<std::uint64_t>(cell)) >>
+                                      64);
+  }
+  std::uint64_t x(Cell cell, std::uint64_t y) const { return static_cast<std::uint64_t>(cell) - y * width_; }
+
+ private:
+  std::uint64_t width_;
+  std::uint64_t inverse_;
+};
+
+class DeltaFields {
+ public:
+  DeltaFields(const Footprint& footprint, int channels);
+
+  // Where the centre of a footprint lies in the three kinds of plane.
+  enum Kind { rows, columns, stacked, num_kinds };
+  using Position = std::array<std::int64_t, num_kinds>;
+  Position position(Cell cell) const {
+    const std::uint64_t y = divider_.y(cell);
+    const std::uint64_t x = divider_.x(cell, y);
+    return {static_cast<std::int64_t>(y) * layout_.stride + static_cast<std::int64_t>(x) + origin_,
+            static_cast<std::int64_t>(x) * transposed_stride_ + static_cast<std::int64_t>(y) + transposed_origin_,
+            cell * stack_size_};
+  }
+
+  struct Part {
+    const float* samples;
+    std::int64_t plane_size;  // from one channel to the next
+    const TapBlocks* taps;
+    Kind kind;
+  };
+  const std::vector<Part>& parts() const { return parts_; }
+  const SliceField& own() const { return own_; }
+  // F between two cells of the slice.
+  float pair_weight(Cell i, Cell j) const;
+
+  void bind(SliceIndex slice, const SliceField& own, const FieldOf& others);
+  void swap(Cell i, Cell j);
+
+ private:
+  struct Plane {
+    Extents::SliceCoord offset;
+    TapBlocks taps;
+  };
+  void plan_others();
+  void plan_pair_weights();
+  void set_transposed(Cell cell);
+  void stack(SliceIndex slice, const FieldOf& others);
+
+  const Footprint& footprint_;
+  FieldLayout layout_;
+  CellDivider divider_;
+  std::int64_t origin_;
+  std::int64_t transposed_stride_;
+  std::int64_t transposed_origin_;
+  std::int64_t transposed_size_ = 0;  // of one channel; 0: not kept
+  std::int64_t stack_size_ = 0;       // samples of one cell's stack; 0: none
+
+  PlanePlan own_plan_;
+  std::vector<Plane> planes_;                 // of slices with taps beside the same pixel
+  std::vector<Extents::SliceCoord> stacked_;  // slices of which only the same pixel counts
+  TapBlocks stack_taps_;
+  std::vector<float> pair_weights_;
+
+  SliceField own_;
+  std::vector<float> transposed_;
+  std::vector<float> stack_samples_;  // [channel][cell][stacked slice]
+  std::vector<Part> parts_;
+};
+
+}  // namespace noiseloom

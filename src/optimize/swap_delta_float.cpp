@@ -1,0 +1,177 @@
+// The swap delta in float, vectorised for each instruction set; which one runs is found at run time.
+#include "optimize/swap_delta_float.h"
+
+#include "optimize/delta_fields.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "optimize/swap_delta_float.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "optimize/simd_kernels-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace noiseloom::HWY_NAMESPACE {
+
+// sum over taps of F (K(b, s) - K(a, s)), at the centre i less at the centre j, for a at i and b at j: dE is twice
+// that.
+template <DistanceKind kind, ValueKernelKind value_kind, int C>
+class Judge {
+ public:
+  Judge(const Unlikeness<kind, value_kind, C>& unlike, const float (&a)[C], const float (&b)[C]) : unlike_(unlike) {
+    for (int c = 0; c < C; ++c) {
+      a_[c] = set(a[c]);
+      b_[c] = set(b[c]);
+    }
+  }
+  HWY_INLINE V term(const V (&at_i)[C], const V (&at_j)[C]) const {
+    const V i = hn::Sub(unlike_(a_, at_i), unlike_(b_, at_i));
+    return hn::Sub(i, hn::Sub(unlike_(a_, at_j), unlike_(b_, at_j)));
+  }
+  HWY_INLINE float scaled(float sum) const { return sum; }
+
+ private:
+  const Unlikeness<kind, value_kind, C>& unlike_;
+  V a_[C];
+  V b_[C];
+};
+
+// For a < b: |a - s| - |b - s| = 2 clamp(s, a, b) - a - b, and a + b cancels between the centres.
+template <>
+class Judge<DistanceKind::absolute, ValueKernelKind::distance, 1> {
+ public:
+  Judge(const Unlikeness<DistanceKind::absolute, ValueKernelKind::distance, 1>&, const float (&a)[1],
+        const float (&b)[1])
+      : low_(set(a[0] < b[0] ? a[0] : b[0])), high_(set(a[0] < b[0] ? b[0] : a[0])), scale_(a[0] < b[0] ? 2 : -2) {}
+  HWY_INLINE V term(const V (&at_i)[1], const V (&at_j)[1]) const {
+    return hn::Sub(hn::Min(hn::Max(at_i[0], low_), high_), hn::Min(hn::Max(at_j[0], low_), high_));
+  }
+  HWY_INLINE float scaled(float sum) const { return scale_ * sum; }
+
+ private:
+  V low_;
+  V high_;
+  float scale_;
+};
+
+template <DistanceKind kind, ValueKernelKind value_kind, int C>
+class FloatDelta final : public SwapDelta {
+ public:
+  FloatDelta(const Footprint& footprint, const ValueKernel& kernel) : fields_(footprint, C), unlike_(kernel) {}
+
+  void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) override {
+    fields_.bind(slice, own, others);
+  }
+  void swap(Cell i, Cell j) override { fields_.swap(i, j); }
+  const SliceField& field() const override { return fields_.own(); }
+
+  double delta(Cell i, Cell j) const override {
+    const DeltaFields::Position at_i = fields_.position(i);
+    const DeltaFields::Position at_j = fields_.position(j);
+    float a[C];
+    float b[C];
+    for (int c = 0; c < C; ++c) {
+      a[c] = fields_.own().plane(c)[at_i[DeltaFields::rows]];
+      b[c] = fields_.own().plane(c)[at_j[DeltaFields::rows]];
+    }
+    const Judge<kind, value_kind, C> judge(unlike_, a, b);
+    V sums[num_parts];
+    for (V& sum : sums) sum = hn::Zero(Floats());
+    for (const DeltaFields::Part& part : fields_.parts()) {
+      add(judge, *part.taps, part.samples + at_i[part.kind], part.samples + at_j[part.kind], part.plane_size, sums);
+    }
+    float sum = judge.scaled(fold(sums));
+    if (const float weight = fields_.pair_weight(i, j); weight != 0) sum -= weight * pair_term(a, b);
+    return 2 * static_cast<double>(sum);
+  }
+
+ private:
+  HWY_INLINE void add(const Judge<kind, value_kind, C>& judge, const TapBlocks& taps, const float* at_i,
+                      const float* at_j, std::int64_t plane_size, V (&sums)[num_parts]) const {
+    V i[C];
+    V j[C];
+    for (std::size_t k = 0; k < taps.full.size(); ++k) {
+      const float* from_i = at_i + taps.full[k];
+      const float* from_j = at_j + taps.full[k];
+      for (std::size_t p = 0; p < num_parts; ++p) {
+        for (int c = 0; c < C; ++c) {
+          i[c] = load_full(from_i + c * plane_size, p);
+          j[c] = load_full(from_j + c * plane_size, p);
+        }
+        const V weight = load_full(taps.full_weights[k].lane, p);
+        sums[p] = hn::Add(sums[p], hn::Mul(weight, judge.term(i, j)));
+      }
+    }
+    for (std::size_t k = 0; k < taps.split.size(); ++k) {
+      const auto [low, high] = taps.split[k];
+      for (std::size_t p = 0; p < num_parts; ++p) {
+        for (int c = 0; c < C; ++c) {
+          i[c] = load_split(at_i + low + c * plane_size, at_i + high + c * plane_size, p);
+          j[c] = load_split(at_j + low + c * plane_size, at_j + high + c * plane_size, p);
+        }
+        const V weight = load_full(taps.split_weights[k].lane, p);
+        sums[p] = hn::Add(sums[p], hn::Mul(weight, judge.term(i, j)));
+      }
+    }
+  }
+
+  // What the sums hold of i and j themselves: K(a, a) + K(b, b) - 2 K(a, b).
+  HWY_NOINLINE float pair_term(const float (&a)[C], const float (&b)[C]) const {
+    V va[C];
+    V vb[C];
+    for (int c = 0; c < C; ++c) {
+      va[c] = set(a[c]);
+      vb[c] = set(b[c]);
+    }
+    const float ab = hn::GetLane(unlike_(va, vb));
+    return 2 * ab - hn::GetLane(unlike_(va, va)) - hn::GetLane(unlike_(vb, vb));
+  }
+
+  DeltaFields fields_;
+  Unlikeness<kind, value_kind, C> unlike_;
+};
+
+template <DistanceKind kind, int C>
+std::unique_ptr<SwapDelta> with_value_kind(const Footprint& footprint, const ValueKernel& kernel) {
+  if (kernel.kind == ValueKernelKind::distance) {
+    return std::make_unique<FloatDelta<kind, ValueKernelKind::distance, C>>(footprint, kernel);
+  }
+  return std::make_unique<FloatDelta<kind, ValueKernelKind::stbn, C>>(footprint, kernel);
+}
+
+template <DistanceKind kind, int C, int last>
+std::unique_ptr<SwapDelta> with_channels(const Footprint& footprint, const ValueKernel& kernel) {
+  if (kernel.channels == C) return with_value_kind<kind, C>(footprint, kernel);
+  if constexpr (C < last) return with_channels<kind, C + 1, last>(footprint, kernel);
+  NOISELOOM_CHECK_LE(kernel.channels, last);
+  return nullptr;
+}
+
+std::unique_ptr<SwapDelta> make(const Footprint& footprint, const ValueKernel& kernel) {
+  switch (kernel.distance) {
+    case DistanceKind::absolute:
+      return with_value_kind<DistanceKind::absolute, 1>(footprint, kernel);
+    case DistanceKind::circle:
+      return with_value_kind<DistanceKind::circle, 1>(footprint, kernel);
+    case DistanceKind::angle:
+      return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel);
+    case DistanceKind::euclidean:
+      break;
+  }
+  return with_channels<DistanceKind::euclidean, 1, 8>(footprint, kernel);
+}
+
+}  // namespace noiseloom::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace noiseloom {
+
+HWY_EXPORT(make);
+
+std::unique_ptr<SwapDelta> make_float_delta(const Footprint& footprint, const ValueKernel& kernel) {
+  return HWY_DYNAMIC_DISPATCH(make)(footprint, kernel);
+}
+
+}  // namespace noiseloom
+#endif

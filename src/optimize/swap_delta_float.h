@@ -1,0 +1,12 @@
+#pragma once
+
+#include <memory>
+
+#include "noiseloom/optimize/swap_delta.h"
+
+namespace noiseloom {
+
+// make_swap_delta for Precision::single.
+std::unique_ptr<SwapDelta> make_float_delta(const Footprint& footprint, const ValueKernel& kernel);
+
+}  // namespace noiseloom
