@@ -70,6 +70,16 @@ double sorted_mean(const Division& division, const SliceList& list) {
   return self_distance_sum(division.kind, 1, all) / (count * count);
 }
 
+// A task makes the lists of its slices anew, so it takes whole slices where it can, and large parts of very large ones.
+std::int64_t blocks_per_task(const Division& division) {
+  const std::int64_t blocks = division.num_blocks();
+  if (division.cells_per_slice > samples_per_task && division.num_slices == 1) return ceil_div(blocks, 4);
+  const std::int64_t block = ceil_div(division.cells_per_slice, division.parts);
+  const std::int64_t enough =
+      std::clamp(ceil_div(blocks, tasks_wanted), std::int64_t{1}, std::max(std::int64_t{1}, samples_per_task / block));
+  return division.stride > 1 ? std::max(division.parts, enough) : enough;
+}
+
 }  // namespace
 
 std::int64_t Division::num_tasks() const { return sorts_everything ? 1 : ceil_div(num_blocks(), blocks_per_task); }
@@ -82,7 +92,7 @@ double Division::pair_factor() const {
   for (std::int64_t part = 0; part < parts; ++part) {
     const auto n = static_cast<double>(size(part));
     own += n * n;
-    for (std::int64_t j = 1; j <= neighbours; ++j) ring += n * static_cast<double>(size((part + j) % parts));
+    for (std::int64_t j = 1; j <= neighbours; ++j) ring += n * static_cast<double>(size((part + j * stride) % parts));
   }
   const auto slices = static_cast<double>(num_slices);
   return (1 - slices * own / all) / (slices * ring);
@@ -107,12 +117,9 @@ Division divide_pairs(DistanceKind kind, int channels, std::int64_t cells_per_sl
   division.parts = ceil_div(cells_per_slice, largest);
   division.neighbours =
       division.exact ? division.num_blocks() / 2 : std::max(std::int64_t{1}, smallest / cells_per_slice);
-  const std::int64_t block = ceil_div(cells_per_slice, division.parts);
-  // A task makes the lists of its slices anew, so very large slices are shared by few.
-  division.blocks_per_task = cells_per_slice > samples_per_task
-                                 ? ceil_div(division.parts, 4)
-                                 : std::clamp(ceil_div(division.num_blocks(), tasks_wanted), std::int64_t{1},
-                                              std::max(std::int64_t{1}, samples_per_task / block));
+  if (!division.exact && division.parts > 1 && num_slices > 1) division.stride = division.parts + 1;
+  NOISELOOM_CHECK(division.exact || 2 * division.neighbours < division.num_blocks());
+  division.blocks_per_task = blocks_per_task(division);
   return division;
 }
 
@@ -122,15 +129,15 @@ double run_division_task(const Division& division, std::int64_t task, const Slic
   const std::int64_t first = task * division.blocks_per_task;
   const std::int64_t own = std::min(division.blocks_per_task, num_blocks - first);
   const std::vector<SampleBlock> blocks =
-      load_blocks(division, first, std::min(own + division.neighbours, num_blocks), list);
+      load_blocks(division, first, std::min(own + division.neighbours * division.stride, num_blocks), list);
   CompensatedSum inside;
   CompensatedSum between;
   for (std::int64_t k = 0; k < own; ++k) {
     const SampleBlock& block = blocks[static_cast<std::size_t>(k)];
     inside.add(self_distance_sum(division.kind, division.channels, block));
     for (std::int64_t j = 1; j <= division.neighbours; ++j) {
-      const SampleBlock& other = blocks[static_cast<std::size_t>((k + j) % num_blocks)];
-      const bool met_twice = 2 * j == num_blocks;  // opposite each other on the ring
+      const SampleBlock& other = blocks[static_cast<std::size_t>((k + j * division.stride) % num_blocks)];
+      const bool met_twice = division.exact && 2 * j == num_blocks;  // opposite each other on the ring
       between.add(cross_distance_sum(division.kind, division.channels, block, other) / (met_twice ? 2 : 1));
     }
   }

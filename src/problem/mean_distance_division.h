@@ -16,7 +16,8 @@ struct PairBudget {
   std::int64_t smallest_block = 64;
 };
 
-// Blocks are numbered slice by slice. Each meets itself and `neighbours` blocks that follow it on the ring of all.
+// Blocks are numbered slice by slice, on a ring. Each meets itself and the blocks `stride`, 2 * `stride`, ... after it,
+// `neighbours` of them.
 struct Division {
   DistanceKind kind = DistanceKind::absolute;
   int channels = 1;
@@ -26,6 +27,7 @@ struct Division {
   bool sorts_everything = false;  // a single task
   std::int64_t parts = 1;         // blocks per slice
   std::int64_t neighbours = 0;
+  std::int64_t stride = 1;  // leads to another slice: blocks of one stratified slice are not independent
   std::int64_t blocks_per_task = 1;
 
   std::int64_t num_blocks() const { return parts * num_slices; }

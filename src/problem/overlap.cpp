@@ -220,6 +220,7 @@ Overlap multiply(const Overlap& a, const Overlap& b) {
 
 std::vector<Overlap> group_overlaps(const Extents& extents, const GroupSpec& group) {
   NOISELOOM_CHECK(!group.axes.empty());
+  for (const int axis : group.axes) NOISELOOM_CHECK(axis >= 0 && axis < extents.num_axes());
   if (group.kernel.kind == KernelKind::table) return table_overlaps(extents, group);
   if (group.kernel.kind == KernelKind::gauss_energy) return {gauss_energy_overlap(extents, group)};
   std::vector<Overlap> overlaps;

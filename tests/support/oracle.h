@@ -109,14 +109,15 @@ inline Lattice autocorrelation(const Lattice& filter) {
   return result;
 }
 
-// Eq. 17 of the FAST paper term by term, from f^(1) on, until what is left of the weights cannot matter.
+// Eq. 17 of the FAST paper term by term, from f^(1) on, until what is left of the weights cannot matter; already
+// wrapped around the axis.
 inline std::vector<double> ema_filter(double alpha, int m) {
   std::vector<double> f;
   for (int i = 0; i < m - 1; ++i) f.push_back(alpha * std::pow(1 - alpha, i));
   f.push_back(std::pow(1 - alpha, m - 1));
   return f;
 }
-inline Lattice ema_overlap(int axis, double alpha, double beta) {
+inline Lattice ema_overlap(const Extents& extents, int axis, double alpha, double beta) {
   std::vector<double> overlap;
   for (int m = 1; m == 1 || std::pow(1 - beta, m - 1) > 1e-17; ++m) {
     const std::vector<double> f = ema_filter(alpha, m);
@@ -129,9 +130,10 @@ inline Lattice ema_overlap(int axis, double alpha, double beta) {
   Lattice result;
   for (std::size_t d = 0; d < overlap.size(); ++d) {
     Coord coord{};
-    coord[static_cast<std::size_t>(axis)] = static_cast<std::int64_t>(d);
-    result[coord] = overlap[d];
-    result[difference(Coord{}, coord)] = overlap[d];
+    for (const int sign : {1, -1}) {
+      coord[static_cast<std::size_t>(axis)] = sign * static_cast<std::int64_t>(d) % extents.size(axis);
+      if (d > 0 || sign > 0) result[coord] += overlap[d];
+    }
   }
   return result;
 }
@@ -161,12 +163,14 @@ inline Lattice gauss_energy(const std::vector<int>& axes, double sigma) {
   return result;
 }
 
-inline Lattice group_overlap(const GroupSpec& group) {
+inline Lattice group_overlap(const Extents& extents, const GroupSpec& group) {
   const KernelSpec& kernel = group.kernel;
   if (kernel.kind == KernelKind::gauss_energy) return gauss_energy(group.axes, kernel.sigma);
   if (kernel.kind == KernelKind::ema) {
     Lattice result = {{Coord{}, 1.0}};
-    for (const int axis : group.axes) result = product(result, ema_overlap(axis, kernel.alpha, kernel.rejection));
+    for (const int axis : group.axes) {
+      result = product(result, ema_overlap(extents, axis, kernel.alpha, kernel.rejection));
+    }
     return result;
   }
   if (kernel.kind == KernelKind::table) {
@@ -184,7 +188,7 @@ inline Overlaps overlaps(const Extents& extents, const FilterSpec& filter) {
   Overlaps result(num_cells, filter.combine == Combine::product ? 1.0 : 0.0);
   for (const GroupSpec& group : filter.groups) {
     Overlaps folded(num_cells, 0.0);  // zero off the group's axes
-    for (const auto& [d, weight] : group_overlap(group)) folded[flat_of(extents, d)] += weight;
+    for (const auto& [d, weight] : group_overlap(extents, group)) folded[flat_of(extents, d)] += weight;
     for (std::size_t flat = 0; flat < num_cells; ++flat) {
       if (group.kernel.kind == KernelKind::gauss_energy && folded[flat] < 1e-6) folded[flat] = 0;
       if (filter.combine == Combine::sum) result[flat] += group.weight * folded[flat];

@@ -1,0 +1,194 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "noiseloom/problem/score.h"
+#include "problem/mean_distance_division.h"
+#include "support/oracle.h"
+
+namespace noiseloom {
+namespace {
+
+using oracle::Texture;
+
+double by_all_pairs(const Texture& texture) {
+  const auto n = static_cast<std::size_t>(texture.extents.num_cells());
+  std::vector<std::vector<double>> samples;
+  for (std::size_t cell = 0; cell < n; ++cell) samples.push_back(texture.sample(cell));
+  long double sum = 0;
+  for (const auto& a : samples) {
+    for (const auto& b : samples) sum += oracle::distance(texture.distance, a, b);
+  }
+  return static_cast<double>(sum / (static_cast<long double>(n) * static_cast<long double>(n)));
+}
+
+double by_tasks(const Division& division, const SliceList& list) {
+  double sum = 0;
+  for (std::int64_t task = 0; task < division.num_tasks(); ++task) sum += run_division_task(division, task, list);
+  return sum;
+}
+
+double computed(const Texture& texture, int threads) {
+  ThreadPool pool(threads);
+  const MeanDistance mean(texture.distance, texture.channels, texture.extents.cells_per_slice(),
+                          texture.extents.num_slices());
+  EXPECT_TRUE(mean.exact());
+  return mean.compute([&](SliceIndex slice) { return texture.list(slice); }, pool);
+}
+
+TEST(MeanDistance, EqualsAllPairs) {
+  for (const Extents& extents : {Extents({1, 1}), Extents({2, 1}), Extents({7, 5, 3}), Extents({31, 29, 2})}) {
+    for (const DistanceKind kind : {DistanceKind::absolute, DistanceKind::circle}) {
+      const Texture texture = oracle::random_texture(extents, kind, 1, 7);
+      const double expected = by_all_pairs(texture);
+      EXPECT_NEAR(computed(texture, 1), expected, 1e-13 * expected);
+    }
+    for (const int channels : {2, 3, 8}) {
+      const Texture texture = oracle::random_texture(extents, DistanceKind::euclidean, channels, 7);
+      const double expected = by_all_pairs(texture);
+      EXPECT_NEAR(computed(texture, 2), expected, 1e-13 * expected);
+    }
+    const Texture texture = oracle::random_texture(extents, DistanceKind::angle, 3, 7);
+    // The angle between a sample and itself is the root of a rounding error: up to 1e-4 off where there is little else.
+    const double expected = by_all_pairs(texture);
+    EXPECT_NEAR(computed(texture, 2), expected, 1e-12 * expected + 1e-7 / static_cast<double>(extents.num_cells()));
+  }
+}
+
+TEST(MeanDistance, OfCircleTakesTheShorterWayAcrossTheEnds) {
+  Texture texture = oracle::random_texture(Extents({3, 2, 2}), DistanceKind::circle, 1, 1);
+  texture.values = {0, 1, 0.5F, 0.25F, 0.75F, 0.5F, 0, 0.999F, 0.001F, 1, 0.125F, 0.5F};
+  EXPECT_NEAR(computed(texture, 1), by_all_pairs(texture), 1e-15);
+}
+
+TEST(MeanDistance, OfTwoValuesIsHalfTheirDistance) {
+  for (const DistanceKind kind : {DistanceKind::absolute, DistanceKind::euclidean}) {
+    Texture texture = oracle::random_texture(Extents({6, 5, 3}), kind, 1, 1);
+    for (std::size_t i = 0; i < texture.values.size(); ++i) texture.values[i] = i % 2 == 0 ? -1e6F : 3e6F;
+    EXPECT_DOUBLE_EQ(computed(texture, 1), 2e6);
+  }
+}
+
+TEST(MeanDistance, KeepsPrecisionFarFromZero) {
+  Texture texture = oracle::random_texture(Extents({7, 5, 3}), DistanceKind::absolute, 1, 1);
+  for (float& value : texture.values) value = 1e6F + value;
+  EXPECT_NEAR(computed(texture, 1) / by_all_pairs(texture), 1, 1e-13);
+}
+
+TEST(MeanDistance, IsSharedOutAmongTasksThatCoverEveryPair) {
+  for (const Extents& extents :
+       {Extents({64, 64, 2}), Extents({131, 127}), Extents({8, 8, 131}), Extents({1, 1, 67})}) {
+    const Texture texture = oracle::random_texture(extents, DistanceKind::euclidean, 2, 3);
+    const MeanDistance mean(DistanceKind::euclidean, 2, extents.cells_per_slice(), extents.num_slices());
+    EXPECT_GT(mean.num_tasks(), 1);
+    EXPECT_LE(mean.num_tasks(), 66);
+    // All samples at the origin but for one: the mean counts each pair with it, and nothing else.
+    Texture single = texture;
+    std::fill(single.values.begin(), single.values.end(), 0.0F);
+    single.values.back() = 1;
+    const auto n = static_cast<double>(extents.num_cells());
+    EXPECT_NEAR(computed(single, 2), 2 * (n - 1) / (n * n), 1e-15);
+  }
+}
+
+// A list of n uniform points on a line through a space of two channels, as the exact mean is then known by sorting.
+// stratified: in order, one in each of n strata.
+std::vector<float> line_list(std::uint64_t seed, SliceIndex slice, std::int64_t n, bool stratified) {
+  std::vector<float> list;
+  for (std::int64_t i = 0; i < n; ++i) {
+    const RandomBlock bits =
+        random_block(seed, Purpose::jitter, static_cast<std::uint32_t>(slice), 0, static_cast<std::uint64_t>(i));
+    const double u = to_unit_double(bits[0], bits[1]);
+    list.push_back(static_cast<float>(stratified ? (static_cast<double>(i) + u) / static_cast<double>(n) : u));
+    list.push_back(0);
+  }
+  return list;
+}
+
+struct Errors {
+  double mean = 0;
+  double rms = 0;
+  double pairs = 0;
+};
+
+// Relative errors of the estimate from blocks, over many textures.
+Errors block_errors(std::int64_t n, SliceIndex num_slices, bool stratified, int textures) {
+  PairBudget budget;
+  budget.max_paired_samples = 1;
+  budget.largest_block = 256;
+  budget.smallest_block = 16;
+  budget.pairs_wanted = 256 * n * num_slices;
+  const Division division = divide_pairs(DistanceKind::euclidean, 2, n, num_slices, budget);
+  EXPECT_FALSE(division.exact);
+  Errors errors;
+  errors.pairs = division.num_samples() * static_cast<double>(division.neighbours) * static_cast<double>(n) /
+                 static_cast<double>(division.parts);
+  for (int seed = 1; seed <= textures; ++seed) {
+    const auto list = [&](SliceIndex slice) {
+      return line_list(static_cast<std::uint64_t>(seed), slice, n, stratified);
+    };
+    std::vector<double> sorted;
+    for (SliceIndex slice = 0; slice < num_slices; ++slice) {
+      const std::vector<float> samples = list(slice);
+      for (std::size_t i = 0; i < samples.size(); i += 2) sorted.push_back(samples[i]);
+    }
+    std::sort(sorted.begin(), sorted.end());
+    const auto count = static_cast<double>(sorted.size());
+    double exact = 0;
+    for (std::size_t i = 0; i < sorted.size(); ++i) exact += 2 * (2 * static_cast<double>(i) + 1 - count) * sorted[i];
+    exact /= count * count;
+    const double error = by_tasks(division, list) / exact - 1;
+    errors.mean += error / textures;
+    errors.rms += error * error / textures;
+  }
+  errors.rms = std::sqrt(errors.rms);
+  return errors;
+}
+
+// c of mean_distance.cpp is sqrt(2/45) * 3 = 0.63 for a line. The rms of 36 errors is known to a factor 1 +- 0.12 (one
+// standard deviation), so 1.5 is four of them, and their mean to a sixth of the rms.
+TEST(MeanDistance, FromBlocksIsUnbiasedWithinTheStatedError) {
+  for (const auto& [n, slices] : {std::pair<std::int64_t, SliceIndex>{1021, 7}, {256, 31}, {64, 128}, {8191, 1}}) {
+    const Errors errors = block_errors(n, slices, false, 36);
+    const double stated = 0.63 / std::sqrt(errors.pairs);
+    EXPECT_LT(errors.rms, 1.5 * stated);
+    EXPECT_GT(errors.rms, stated / 1.5);
+    EXPECT_LT(std::fabs(errors.mean), 4 * stated / 6);
+  }
+}
+
+TEST(MeanDistance, FromBlocksOfStratifiedListsIsFarMoreExact) {
+  for (const auto& [n, slices] : {std::pair<std::int64_t, SliceIndex>{1024, 8}, {256, 31}, {8192, 1}}) {
+    const Errors errors = block_errors(n, slices, true, 16);
+    EXPECT_LT(errors.rms, 0.01 * 0.63 / std::sqrt(errors.pairs));
+  }
+}
+
+TEST(MeanDistance, FromSortedBlocksCoversTexturesTooLargeToSort) {
+  PairBudget budget;
+  budget.max_sorted_samples = 1000;
+  for (const DistanceKind kind : {DistanceKind::absolute, DistanceKind::circle}) {
+    const Texture texture = oracle::random_texture(Extents({61, 1, 151}), kind, 1, 3);
+    const Division division = divide_pairs(kind, 1, 61, 151, budget);
+    EXPECT_FALSE(division.exact);
+    EXPECT_EQ(division.neighbours, 4096 / 61);
+    const auto list = [&](SliceIndex slice) { return texture.list(slice); };
+    EXPECT_NEAR(by_tasks(division, list) / computed(texture, 1), 1, 4 * 0.63 / std::sqrt(61.0 * 151 * 4096));
+  }
+}
+
+TEST(MeanDistance, KnowsWhereItIsExactWithoutAllocating) {
+  const std::int64_t huge = std::int64_t{1} << 32;
+  EXPECT_TRUE(MeanDistance(DistanceKind::absolute, 1, 1 << 20, 64).exact());
+  EXPECT_FALSE(MeanDistance(DistanceKind::circle, 1, 1 << 20, 65).exact());
+  EXPECT_TRUE(MeanDistance(DistanceKind::angle, 3, 1 << 14, 16).exact());
+  EXPECT_FALSE(MeanDistance(DistanceKind::angle, 3, 1 << 14, 17).exact());
+  const MeanDistance largest(DistanceKind::euclidean, 2, huge, 1024);
+  EXPECT_FALSE(largest.exact());
+  EXPECT_EQ(largest.num_tasks(), 1024);
+}
+
+}  // namespace
+}  // namespace noiseloom
