@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -20,7 +21,9 @@ using namespace testing_support;
 class TableFile {
  public:
   TableFile(const std::string& name, const std::vector<std::int64_t>& shape, const std::vector<float>& values)
-      : path_((std::filesystem::temp_directory_path() / ("noiseloom_footprint_" + name + ".npy")).string()) {
+      : path_((std::filesystem::temp_directory_path() /
+               ("noiseloom_footprint_" + std::to_string(getpid()) + name + ".npy"))
+                  .string()) {
     write_npy(path_, shape, values);
   }
   ~TableFile() { std::filesystem::remove(path_); }
@@ -45,8 +48,9 @@ TEST(Footprint, FoldsTheInfiniteLatticeOntoTorus) {
                                        Extents({2, 1, 7}),    Extents({1, 3, 1}), Extents({8, 2, 4})};
   for (const Extents& extents : shapes) {
     SCOPED_TRACE(extents.to_string());
-    for (const KernelSpec& kernel : {box(1), box(4), box(5), box(13), gauss(0.05), gauss(1.3435), gauss(2.2), binomial(2),
-                                     binomial(9), ema(0.1, 0.1), ema(0.3, 0.7), gauss_energy(0.4), gauss_energy(1.9)}) {
+    for (const KernelSpec& kernel :
+         {box(1), box(4), box(5), box(13), gauss(0.05), gauss(1.3435), gauss(2.2), binomial(2), binomial(9),
+          ema(0.1, 0.1), ema(0.3, 0.7), gauss_energy(0.4), gauss_energy(1.9)}) {
       SCOPED_TRACE("kernel " + std::to_string(static_cast<int>(kernel.kind)));
       expect_equal(extents, product({group({0, 1}, kernel)}));
       expect_equal(extents, product({group({0, 1}, kernel), group({2}, ema(0.4, 0.5))}));
