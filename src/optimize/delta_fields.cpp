@@ -22,7 +22,6 @@ bool same_pixel_only(const SliceTaps& slice) {
 DeltaFields::DeltaFields(const Footprint& footprint, int channels)
     : footprint_(footprint),
       layout_(footprint, channels),
-      divider_(layout_.width),
       origin_(layout_.at(0)),
       transposed_stride_(layout_.height + 2 * layout_.reach_y),
       transposed_origin_(layout_.reach_x * transposed_stride_ + layout_.reach_y),
@@ -92,8 +91,8 @@ void DeltaFields::swap(Cell i, Cell j) {
 }
 
 void DeltaFields::set_transposed(Cell cell) {
-  const auto y = static_cast<std::int64_t>(divider_.y(cell));
-  const auto x = static_cast<std::int64_t>(divider_.x(cell, static_cast<std::uint64_t>(y)));
+  const std::int64_t y = layout_.divider.y(cell);
+  const std::int64_t x = cell - y * layout_.width;
   const std::int64_t image_x = layout_.image_x(x);
   const std::int64_t image_y = layout_.image_y(y);
   for (int c = 0; c < layout_.channels; ++c) {
@@ -107,8 +106,8 @@ void DeltaFields::set_transposed(Cell cell) {
 }
 
 float DeltaFields::pair_weight(Cell i, Cell j) const {
-  const auto yi = static_cast<std::int64_t>(divider_.y(i));
-  const auto yj = static_cast<std::int64_t>(divider_.y(j));
+  const std::int64_t yi = layout_.divider.y(i);
+  const std::int64_t yj = layout_.divider.y(j);
   const std::int64_t dx = nearest_offset((j - yj * layout_.width) - (i - yi * layout_.width), layout_.width);
   const std::int64_t dy = nearest_offset(yj - yi, layout_.height);
   if (std::abs(dx) > layout_.reach_x || std::abs(dy) > layout_.reach_y) return 0;

@@ -10,24 +10,6 @@
 
 namespace noiseloom {
 
-// x and y of a cell without a division.
-class CellDivider {
- public:
-  explicit CellDivider(std::int64_t width)
-      : width_(static_cast<std::uint64_t>(width)), inverse_(~std::uint64_t{0} / width_ + 1) {}
-  // Exact for cells below 2^32 and widths from 2 on [Lemire et al. 2019, doi:10.1002/spe.2689].
-  std::uint64_t y(Cell cell) const {
-    if (width_ == 1) return static_cast<std::uint64_t>(cell);
-    return static_cast<std::uint64_t>((static_cast<unsigned __int128>(inverse_) * static_cast<std::uint64_t>(cell)) >>
-                                      64);
-  }
-  std::uint64_t x(Cell cell, std::uint64_t y) const { return static_cast<std::uint64_t>(cell) - y * width_; }
-
- private:
-  std::uint64_t width_;
-  std::uint64_t inverse_;
-};
-
 class DeltaFields {
  public:
   DeltaFields(const Footprint& footprint, int channels);
@@ -36,11 +18,9 @@ class DeltaFields {
   enum Kind { rows, columns, stacked, num_kinds };
   using Position = std::array<std::int64_t, num_kinds>;
   Position position(Cell cell) const {
-    const std::uint64_t y = divider_.y(cell);
-    const std::uint64_t x = divider_.x(cell, y);
-    return {static_cast<std::int64_t>(y) * layout_.stride + static_cast<std::int64_t>(x) + origin_,
-            static_cast<std::int64_t>(x) * transposed_stride_ + static_cast<std::int64_t>(y) + transposed_origin_,
-            cell * stack_size_};
+    const std::int64_t y = layout_.divider.y(cell);
+    const std::int64_t x = cell - y * layout_.width;
+    return {y * layout_.stride + x + origin_, x * transposed_stride_ + y + transposed_origin_, cell * stack_size_};
   }
 
   struct Part {
@@ -69,7 +49,6 @@ class DeltaFields {
 
   const Footprint& footprint_;
   FieldLayout layout_;
-  CellDivider divider_;
   std::int64_t origin_;
   std::int64_t transposed_stride_;
   std::int64_t transposed_origin_;

@@ -9,7 +9,8 @@ FieldLayout::FieldLayout(const Footprint& footprint, int num_channels)
       height(footprint.extents().height()),
       reach_x(footprint.reach(0)),
       reach_y(footprint.reach(1)),
-      channels(num_channels) {
+      channels(num_channels),
+      divider(width) {
   NOISELOOM_CHECK(2 * reach_x <= width && 2 * reach_y <= height);
   stride = width + 2 * reach_x;
   plane_size = stride * (height + 2 * reach_y) + slack;
@@ -21,8 +22,8 @@ void SliceField::get(Cell cell, float* out) const {
 }
 
 void SliceField::set(Cell cell, const float* sample) {
-  const std::int64_t x = cell % layout_.width;
-  const std::int64_t y = cell / layout_.width;
+  const std::int64_t y = layout_.divider.y(cell);
+  const std::int64_t x = cell - y * layout_.width;
   const std::int64_t image_x = layout_.image_x(x);
   const std::int64_t image_y = layout_.image_y(y);
   for (int c = 0; c < layout_.channels; ++c) {

@@ -1,47 +1,26 @@
 #include "noiseloom/optimize/slice_mover.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "noiseloom/core/math.h"
 #include "noiseloom/core/random.h"
 #include "noiseloom/optimize/involution.h"
+#include "optimize/proposals.h"
 
 namespace noiseloom {
-namespace {
-
-constexpr std::size_t num_steps = 1024;  // the upper 10 of 31 bits choose a quantile, the rest interpolate
-
-}  // namespace
 
 PartnerDraw::PartnerDraw(std::int64_t num_samples, double lowest_divisor, bool circular)
-    : num_samples_(num_samples), circular_(circular), steps_(num_steps + 1) {
-  const double n = static_cast<double>(num_samples);
-  const double low = std::max(1.0, n / lowest_divisor);
-  const double ratio = std::max(1.0, n / 2) / low;
-  for (std::size_t k = 0; k <= num_steps; ++k) {
-    steps_[k] = low * math::pow(std::max(ratio, 1.0), static_cast<double>(k) / static_cast<double>(num_steps));
-  }
-}
+    : num_samples_(num_samples),
+      circular_(circular),
+      lowest_step_(static_cast<float>(std::max(1.0, static_cast<double>(num_samples) / lowest_divisor))),
+      largest_step_(std::max(lowest_step_, static_cast<float>(num_samples / 2))) {}
 
-std::uint32_t PartnerDraw::partner(std::uint32_t id, std::uint32_t bits) const {
-  const std::size_t k = bits >> 22;
-  const double part = static_cast<double>((bits >> 1) & 0x1fffffU) * 0x1p-21;
-  const auto step = static_cast<std::int64_t>(steps_[k] + part * (steps_[k + 1] - steps_[k]));
-  std::int64_t other = (bits & 1U) != 0 ? std::int64_t{id} + step : std::int64_t{id} - step;
-  if (circular_) {
-    other = (other % num_samples_ + num_samples_) % num_samples_;
-  } else {
-    if (other < 0) other = -other;
-    if (other >= num_samples_) other = 2 * (num_samples_ - 1) - other;
-  }
-  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(other, 0, num_samples_ - 1));
-}
-
-struct AnnealMover::Candidate {
-  Cell i;
-  Cell j;
-  std::uint32_t acceptance_bits;
+struct AnnealMover::Batch {
+  std::array<CellPair, proposal_batch> pairs;
+  Proposals proposals;
+  std::size_t size;
 };
 
 AnnealMover::AnnealMover(std::unique_ptr<SwapDelta> delta) : delta_(std::move(delta)) {}
@@ -52,12 +31,28 @@ void AnnealMover::load(std::span<const std::uint32_t> permutation) {
   for (std::size_t cell = 0; cell < id_at_.size(); ++cell) cell_of_[id_at_[cell]] = static_cast<std::uint32_t>(cell);
 }
 
-AnnealMover::Candidate AnnealMover::draw(const Visit& visit, std::uint64_t index, const PartnerDraw& partners) const {
-  const RandomBlock bits =
-      random_block(visit.seed, Purpose::proposal, static_cast<std::uint32_t>(visit.slice), visit.sweep, index);
-  const std::uint32_t i = to_below(bits[0], id_at_.size());
-  const std::uint32_t j = cell_of_[partners.partner(id_at_[i], bits[1])];
-  return {i, j, bits[2]};
+void AnnealMover::draw(const Visit& visit, std::uint64_t first, std::uint64_t end, const PartnerDraw& partners,
+                       Batch& batch) const {
+  const double ratio = double{partners.largest_step()} / double{partners.lowest_step()};
+  const ProposalSource source{visit.seed,
+                              static_cast<std::uint32_t>(visit.slice),
+                              visit.sweep,
+                              id_at_.size(),
+                              partners.lowest_step(),
+                              static_cast<float>(math::log(ratio) / math::log(2))};
+  batch.proposals = draw_proposals(source, first);
+  batch.size = std::min<std::uint64_t>(proposal_batch, end - first);
+  for (std::size_t k = 0; k < batch.size; ++k) {
+    const std::uint32_t i = batch.proposals.cell[k];
+    batch.pairs[k] = {i, cell_of_[partners.partner(id_at_[i], batch.proposals.step[k])]};
+  }
+}
+
+void AnnealMover::carry_out(CellPair pair) {
+  delta_->swap(pair);
+  std::swap(id_at_[pair.i], id_at_[pair.j]);
+  cell_of_[id_at_[pair.i]] = pair.i;
+  cell_of_[id_at_[pair.j]] = pair.j;
 }
 
 VisitResult AnnealMover::visit(const Visit& visit, double temperature, const PartnerDraw& partners,
@@ -65,24 +60,31 @@ VisitResult AnnealMover::visit(const Visit& visit, double temperature, const Par
                                const FieldOf& others) {
   load(permutation);
   delta_->bind(visit.slice, field, others);
+  const FieldLayout& layout = field.layout();
+  const auto touches = [&layout](CellPair a, CellPair b) {
+    return layout.within_reach(a.i, b.i) || layout.within_reach(a.i, b.j) || layout.within_reach(a.j, b.i) ||
+           layout.within_reach(a.j, b.j);
+  };
   VisitResult result;
   const std::uint64_t count = id_at_.size() / 2;
-  for (std::uint64_t index = 0; index < count; ++index) {
-    const Candidate candidate = draw(visit, index, partners);
-    if (candidate.i == candidate.j) continue;
-    ++result.candidates;
-    const double change = delta_->delta(candidate.i, candidate.j);
-    // exp(-24) is below the resolution of the acceptance bits. NaN is never accepted.
-    if (!(change <= 24 * temperature)) continue;
-    if (change > 0) {
-      const double uniform = (static_cast<double>(candidate.acceptance_bits) + 0.5) * 0x1p-32;
-      if (change >= -temperature * math::log(uniform)) continue;
+  Batch batch;
+  std::array<double, proposal_batch> changes;
+  for (std::uint64_t first = 0; first < count; first += proposal_batch) {
+    draw(visit, first, count, partners, batch);
+    // All at once, so that their loads overlap; then in order, judging anew what an accepted swap has touched.
+    delta_->deltas({batch.pairs.data(), batch.size}, changes.data());
+    for (std::size_t k = 0; k < batch.size; ++k) {
+      const CellPair pair = batch.pairs[k];
+      if (pair.i == pair.j) continue;
+      ++result.candidates;
+      // NaN is never accepted.
+      if (!(changes[k] <= temperature * double{batch.proposals.threshold[k]})) continue;
+      carry_out(pair);
+      result.swaps.push_back({pair.i, pair.j});
+      for (std::size_t later = k + 1; later < batch.size; ++later) {
+        if (touches(pair, batch.pairs[later])) changes[later] = delta_->delta(batch.pairs[later]);
+      }
     }
-    delta_->swap(candidate.i, candidate.j);
-    std::swap(id_at_[static_cast<std::size_t>(candidate.i)], id_at_[static_cast<std::size_t>(candidate.j)]);
-    cell_of_[id_at_[static_cast<std::size_t>(candidate.i)]] = static_cast<std::uint32_t>(candidate.i);
-    cell_of_[id_at_[static_cast<std::size_t>(candidate.j)]] = static_cast<std::uint32_t>(candidate.j);
-    result.swaps.push_back({static_cast<std::uint32_t>(candidate.i), static_cast<std::uint32_t>(candidate.j)});
   }
   return result;
 }
@@ -94,11 +96,15 @@ double AnnealMover::mean_magnitude(const Visit& visit, std::int64_t count, const
   delta_->bind(visit.slice, field, others);
   double sum = 0;
   std::int64_t judged = 0;
-  for (std::int64_t index = 0; index < count; ++index) {
-    const Candidate candidate = draw(visit, static_cast<std::uint64_t>(index), partners);
-    if (candidate.i == candidate.j) continue;
-    sum += std::abs(delta_->delta(candidate.i, candidate.j));
-    ++judged;
+  Batch batch;
+  const auto end = static_cast<std::uint64_t>(count);
+  for (std::uint64_t first = 0; first < end; first += proposal_batch) {
+    draw(visit, first, end, partners, batch);
+    for (const CellPair pair : std::span(batch.pairs).first(batch.size)) {
+      if (pair.i == pair.j) continue;
+      sum += std::abs(delta_->delta(pair));
+      ++judged;
+    }
   }
   return judged > 0 ? sum / static_cast<double>(judged) : 0;
 }
@@ -117,7 +123,7 @@ VisitResult PairingMover::visit(const Visit& visit, double fraction, const Slice
       if (to_unit_double(bits[0], bits[1]) >= fraction) continue;
     }
     ++result.candidates;
-    if (delta_->delta(static_cast<Cell>(i), static_cast<Cell>(j)) < 0) {
+    if (delta_->delta({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)}) < 0) {
       result.swaps.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)});
     }
   }

@@ -43,7 +43,15 @@ class DoubleDelta final : public SwapDelta {
     }
   }
 
-  double delta(Cell i, Cell j) const override {
+  void deltas(std::span<const CellPair> pairs, double* changes) const override {
+    for (std::size_t k = 0; k < pairs.size(); ++k) changes[k] = change(pairs[k].i, pairs[k].j);
+  }
+
+  void swap(CellPair pair) override { own_.swap(pair.i, pair.j); }
+  const SliceField& field() const override { return own_; }
+
+ private:
+  double change(Cell i, Cell j) const {
     std::array<double, C> a;
     std::array<double, C> b;
     for (int c = 0; c < C; ++c) {
@@ -57,10 +65,6 @@ class DoubleDelta final : public SwapDelta {
     return 2 * sum;
   }
 
-  void swap(Cell i, Cell j) override { own_.swap(i, j); }
-  const SliceField& field() const override { return own_; }
-
- private:
   void add_slice(const SliceTaps& slice) {
     SlicePlan plan{slice.offset, {}};
     for (std::size_t first = 0; first < slice.taps.size();) {
@@ -72,8 +76,7 @@ class DoubleDelta final : public SwapDelta {
                        (length + lanes - 1) / lanes * lanes};
       weights_.resize(weights_.size() + row.num_weights);
       for (std::size_t k = first; k < last; ++k) {
-        weights_[row.first_weight + static_cast<std::size_t>(slice.taps[k].dx - begin)] =
-            slice.taps[k].weight;
+        weights_[row.first_weight + static_cast<std::size_t>(slice.taps[k].dx - begin)] = slice.taps[k].weight;
       }
       plan.rows.push_back(row);
       first = last;

@@ -62,10 +62,15 @@ class FloatDelta final : public SwapDelta {
   void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) override {
     fields_.bind(slice, own, others);
   }
-  void swap(Cell i, Cell j) override { fields_.swap(i, j); }
+  void swap(CellPair pair) override { fields_.swap(pair.i, pair.j); }
   const SliceField& field() const override { return fields_.own(); }
 
-  double delta(Cell i, Cell j) const override {
+  void deltas(std::span<const CellPair> pairs, double* changes) const override {
+    for (std::size_t k = 0; k < pairs.size(); ++k) changes[k] = change(pairs[k].i, pairs[k].j);
+  }
+
+ private:
+  HWY_INLINE double change(Cell i, Cell j) const {
     const DeltaFields::Position at_i = fields_.position(i);
     const DeltaFields::Position at_j = fields_.position(j);
     float a[C];
@@ -85,7 +90,6 @@ class FloatDelta final : public SwapDelta {
     return 2 * static_cast<double>(sum);
   }
 
- private:
   HWY_INLINE void add(const Judge<kind, value_kind, C>& judge, const TapBlocks& taps, const float* at_i,
                       const float* at_j, std::int64_t plane_size, V (&sums)[num_parts]) const {
     V i[C];

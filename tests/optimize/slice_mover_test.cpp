@@ -1,12 +1,16 @@
 #include "noiseloom/optimize/slice_mover.h"
 
 #include <gtest/gtest.h>
+#include <hwy/highway.h>
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <numeric>
 #include <set>
 
-#include "noiseloom/optimize/involution.h"
+#include "noiseloom/core/random.h"
+#include "optimize/proposals.h"
 #include "optimize/texture_fixture.h"
 
 namespace noiseloom {
@@ -28,9 +32,7 @@ class Movers : public ::testing::Test {
     std::iota(ids.begin(), ids.end(), 0U);
     return ids;
   }
-  AnnealMover anneal_mover() const {
-    return AnnealMover(make_swap_delta(footprint_, kernel_, Precision::dual));
-  }
+  AnnealMover anneal_mover() const { return AnnealMover(make_swap_delta(footprint_, kernel_, Precision::dual)); }
 };
 
 void apply(const VisitResult& result, SliceField& field) {
@@ -117,34 +119,72 @@ TEST_F(Movers, PairingSwapsDisjointPairsThatEachLowerTheEnergy) {
   }
 }
 
-TEST(Involution, IsItsOwnInverseAndPairsNearlyAllCells) {
-  for (const std::uint64_t n : {1U, 2U, 3U, 4U, 31U, 64U, 221U, 1024U}) {
-    const Involution rho(11, 2, 3, n);
-    std::uint64_t alone = 0;
-    for (std::uint64_t i = 0; i < n; ++i) {
-      EXPECT_LT(rho(i), n);
-      EXPECT_EQ(rho(rho(i)), i);
-      alone += rho(i) == i ? 1 : 0;
+TEST(PartnerDraw, KeepsItsDistanceOnARingAndReflectsOnALine) {
+  constexpr std::int32_t n = 1009;
+  const PartnerDraw ring(n, 64, true);
+  const PartnerDraw line(n, 64, false);
+  for (std::uint32_t id = 0; id < n; ++id) {
+    for (std::int32_t step = -n / 2; step <= n / 2; ++step) {
+      const std::int64_t around = std::abs(std::int64_t{ring.partner(id, step)} - std::int64_t{id});
+      ASSERT_EQ(std::min(around, n - around), std::abs(step));
+      ASSERT_LT(line.partner(id, step), static_cast<std::uint32_t>(n));
+      const std::int64_t straight = std::int64_t{id} + step;
+      if (straight >= 0 && straight < n) {
+        ASSERT_EQ(line.partner(id, step), straight);
+      }
     }
-    EXPECT_LE(alone, n % 2 == 1 ? 1U : 2U) << n;
   }
 }
 
-TEST(PartnerDraw, StaysInRangeAndKeepsItsDistance) {
-  constexpr std::int64_t n = 1009;
-  for (const bool circular : {false, true}) {
-    const PartnerDraw partners(n, 64, circular);
-    for (std::uint32_t k = 0; k < 20000; ++k) {
-      const std::uint32_t bits = k * 2654435761U;
-      const std::uint32_t id = k % n;
-      const std::int64_t other = partners.partner(id, bits);
-      ASSERT_GE(other, 0);
-      ASSERT_LT(other, n);
-      if (circular) {
-        const std::int64_t d = std::abs(other - std::int64_t{id});
-        ASSERT_GE(std::min(d, n - d), n / 64);
+// Also for slices of one, two and three samples.
+TEST(PartnerDraw, StaysInRange) {
+  for (const std::int64_t n : {1, 2, 3, 5}) {
+    for (const bool circular : {false, true}) {
+      const PartnerDraw partners(n, 64, circular);
+      for (std::uint32_t id = 0; id < n; ++id) {
+        for (const auto step : {partners.lowest_step(), partners.largest_step()}) {
+          EXPECT_LT(partners.partner(id, static_cast<std::int32_t>(step)), n);
+          EXPECT_LT(partners.partner(id, -static_cast<std::int32_t>(step)), n);
+        }
       }
     }
+  }
+}
+
+constexpr std::uint64_t seed = 0x123456789abcdefU;
+
+ProposalSource proposal_source() { return {seed, 3, 5, 1009, 16, 5}; }
+
+TEST(Proposals, ArePhiloxBySeedSliceSweepAndIndex) {
+  const std::uint64_t first = (std::uint64_t{7} << 32) - 3;  // across a carry into the upper word
+  const Proposals proposals = draw_proposals(proposal_source(), first);
+  for (std::size_t k = 0; k < proposal_batch; ++k) {
+    const RandomBlock block = random_block(seed, Purpose::proposal, 3, 5, first + k);
+    EXPECT_EQ(proposals.cell[k], to_below(block[0], 1009));
+    const double step = 16 * std::exp2(5 * (static_cast<double>(block[1] >> 9) + 0.5) * 0x1p-23);
+    EXPECT_NEAR(proposals.step[k], (block[1] & 1U) != 0 ? -step : step, 1.001);
+    EXPECT_NEAR(proposals.threshold[k], -std::log((static_cast<double>(block[2] >> 9) + 0.5) * 0x1p-23), 1e-5);
+  }
+}
+
+TEST(Proposals, HaveTheSameBitsOnAllInstructionSets) {
+  const auto bytes = [](std::int64_t target) {
+    hwy::SetSupportedTargetsForTest(target);
+    std::vector<std::uint32_t> words;
+    for (std::uint64_t first = 0; first < 4096; first += proposal_batch) {
+      const Proposals proposals = draw_proposals(proposal_source(), first);
+      for (std::size_t k = 0; k < proposal_batch; ++k) {
+        words.push_back(proposals.cell[k]);
+        words.push_back(static_cast<std::uint32_t>(proposals.step[k]));
+        words.push_back(std::bit_cast<std::uint32_t>(proposals.threshold[k]));
+      }
+    }
+    hwy::SetSupportedTargetsForTest(0);
+    return words;
+  };
+  const auto reference = bytes(HWY_STATIC_TARGET);
+  for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
+    EXPECT_EQ(bytes(targets & -targets), reference) << targets;
   }
 }
 

@@ -54,7 +54,7 @@ double largest_error(const FilterCase& filter, const Space& space, ValueKernelKi
   for (const auto& [i, j] : {std::pair<Cell, Cell>{0, cells - 1}, {cells / 2, cells / 2 - 1}, {cells / 3, 1}}) {
     if (i == j) continue;
     const double before = texture.energy();
-    const double change = delta->delta(i, j);
+    const double change = delta->delta(test::pair(i, j));
     const double magnitude = texture.magnitude(slice, i, j);
     texture.field(slice).swap(i, j);
     worst = std::max(worst, std::abs(change - (texture.energy() - before)) / magnitude);
@@ -95,7 +95,7 @@ std::vector<double> all_deltas(const FilterCase& filter, const DeltaCase& delta_
   delta->bind(0, texture.field(0), texture.field_of());
   std::vector<double> values;
   for (Cell i = 0; i < filter.extents.cells_per_slice(); ++i) {
-    for (Cell j = 0; j < i; ++j) values.push_back(delta->delta(i, j));
+    for (Cell j = 0; j < i; ++j) values.push_back(delta->delta(test::pair(i, j)));
   }
   return values;
 }
@@ -119,12 +119,13 @@ TEST_P(SwapDeltaOfSpace, FollowsTheSwapsThatItMakes) {
     const auto bound = make_swap_delta(footprint, kernel, Precision::single);
     swapped->bind(0, texture.field(0), texture.field_of());
     for (const auto& [i, j] : {std::pair<Cell, Cell>{0, cells - 1}, {cells / 2, 0}, {cells / 3, cells - 1}}) {
-      swapped->swap(i, j);
+      swapped->swap(test::pair(i, j));
       texture.field(0).swap(i, j);
     }
     bound->bind(0, texture.field(0), texture.field_of());
     EXPECT_EQ(swapped->field().planar(), texture.field(0).planar());
-    for (Cell j = 1; j < cells; ++j) EXPECT_EQ(swapped->delta(0, j), bound->delta(0, j)) << filter.name;
+    for (Cell j = 1; j < cells; ++j)
+      EXPECT_EQ(swapped->delta(test::pair(0, j)), bound->delta(test::pair(0, j))) << filter.name;
   }
 }
 

@@ -11,6 +11,7 @@
 
 #include "noiseloom/core/math.h"
 #include "noiseloom/optimize/slice_field.h"
+#include "noiseloom/optimize/swap_delta.h"
 #include "noiseloom/problem/footprint.h"
 #include "noiseloom/problem/value_kernel.h"
 
@@ -60,6 +61,8 @@ inline GroupSpec group(std::vector<int> axes, KernelKind kind, double size, doub
   spec.weight = weight;
   return spec;
 }
+
+inline CellPair pair(Cell i, Cell j) { return {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)}; }
 
 class Texture {
  public:

@@ -13,6 +13,24 @@
 
 namespace noiseloom {
 
+// Cells to x and y without a division; exact for cells and widths below 2^32 [Robison 2005,
+// doi:10.1109/ARITH.2005.31].
+class CellDivider {
+ public:
+  CellDivider() = default;
+  explicit CellDivider(std::int64_t width)
+      : width_(width), inverse_(~std::uint64_t{0} / narrow<std::uint64_t>(width)) {}
+  std::int64_t y(Cell cell) const {
+    const auto product = static_cast<unsigned __int128>(inverse_) * static_cast<std::uint64_t>(cell);
+    return static_cast<std::int64_t>((product + inverse_) >> 64);
+  }
+  std::int64_t x(Cell cell) const { return cell - y(cell) * width_; }
+
+ private:
+  std::int64_t width_ = 1;
+  std::uint64_t inverse_ = ~std::uint64_t{0};
+};
+
 struct FieldLayout {
   std::int64_t width = 0;
   std::int64_t height = 0;
@@ -21,6 +39,7 @@ struct FieldLayout {
   std::int64_t stride = 0;
   std::int64_t plane_size = 0;
   int channels = 1;
+  CellDivider divider;
 
   // Reads of up to `slack` floats past a row's end stay inside the plane.
   static constexpr std::int64_t slack = 32;
@@ -29,13 +48,25 @@ struct FieldLayout {
 
   std::int64_t num_floats() const { return plane_size * channels; }
   // Position of a cell in a plane.
-  std::int64_t at(Cell cell) const { return (cell / width + reach_y) * stride + cell % width + reach_x; }
+  std::int64_t at(Cell cell) const {
+    const std::int64_t y = divider.y(cell);
+    return (y + reach_y) * stride + cell - y * width + reach_x;
+  }
+  // Whether F between two cells may differ from zero.
+  bool within_reach(Cell a, Cell b) const {
+    return ring_distance(divider.x(a) - divider.x(b), width) <= reach_x &&
+           ring_distance(divider.y(a) - divider.y(b), height) <= reach_y;
+  }
   // The other place within the border where a column or row is repeated, or itself where there is none. (The reach is
   // at most half the size, so there is at most one.)
   std::int64_t image_x(std::int64_t x) const { return image(x, width, reach_x); }
   std::int64_t image_y(std::int64_t y) const { return image(y, height, reach_y); }
 
  private:
+  static std::int64_t ring_distance(std::int64_t d, std::int64_t size) {
+    const std::int64_t magnitude = d < 0 ? -d : d;
+    return magnitude < size - magnitude ? magnitude : size - magnitude;
+  }
   static std::int64_t image(std::int64_t at, std::int64_t size, std::int64_t reach) {
     return at < reach ? at + size : at >= size - reach ? at - size : at;
   }

@@ -2,6 +2,7 @@
 // What comes out is the list of swaps, in order; whoever holds the slice applies it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -23,21 +24,34 @@ struct VisitResult {
 };
 
 // Partners that are near in sample space: ids (positions in a locality-preserving order of the slice's samples) whose
-// distance is drawn log-uniformly between n / lowest_divisor and n / 2.
+// distance is drawn log-uniformly between n / lowest_divisor and n / 2. Ids end at a mirror, or close to a ring.
 class PartnerDraw {
  public:
   PartnerDraw(std::int64_t num_samples, double lowest_divisor, bool circular);
-  // The partner's id for two words of random bits; it may be `id` itself.
-  std::uint32_t partner(std::uint32_t id, std::uint32_t bits) const;
+
+  std::int64_t num_samples() const { return num_samples_; }
+  float lowest_step() const { return lowest_step_; }
+  float largest_step() const { return largest_step_; }
+  // The id that is `step` away from `id`, |step| <= num_samples / 2 + 1.
+  std::uint32_t partner(std::uint32_t id, std::int32_t step) const {
+    const std::int64_t other = std::int64_t{id} + step;
+    const std::int64_t last = num_samples_ - 1;
+    if (circular_) {
+      return static_cast<std::uint32_t>(other < 0 ? other + num_samples_ : other > last ? other - num_samples_ : other);
+    }
+    const std::int64_t above = other < 0 ? -other : other;
+    return static_cast<std::uint32_t>(above > last ? std::max<std::int64_t>(0, 2 * last - above) : above);
+  }
 
  private:
   std::int64_t num_samples_;
   bool circular_;
-  std::vector<double> steps_;  // quantiles of the distance
+  float lowest_step_;
+  float largest_step_;
 };
 
 // Metropolis at one temperature; n / 2 candidates for n cells, in order, each seeing the swaps before it. temperature 0
-// accepts improvements and ties only. Draws: Purpose::proposal (seed, slice, sweep, candidate).
+// accepts improvements and ties only. Partners are looked up for sixteen candidates at a time (proposals.h).
 class AnnealMover {
  public:
   explicit AnnealMover(std::unique_ptr<SwapDelta> delta);
@@ -48,9 +62,11 @@ class AnnealMover {
                         std::span<const std::uint32_t> permutation, const FieldOf& others);
 
  private:
-  struct Candidate;
-  Candidate draw(const Visit& visit, std::uint64_t index, const PartnerDraw& partners) const;
+  struct Batch;
   void load(std::span<const std::uint32_t> permutation);
+  void draw(const Visit& visit, std::uint64_t first, std::uint64_t end, const PartnerDraw& partners,
+            Batch& batch) const;
+  void carry_out(CellPair pair);
 
   std::unique_ptr<SwapDelta> delta_;
   std::vector<std::uint32_t> id_at_;

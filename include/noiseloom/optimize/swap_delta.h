@@ -6,8 +6,10 @@
 // evaluated as two sums over the footprint, centred at i and at j, less the term of the pair itself.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 
 #include "noiseloom/optimize/slice_field.h"
 #include "noiseloom/optimize/spec.h"
@@ -19,22 +21,35 @@ namespace noiseloom {
 // The field of another slice of the texture, by index. Must stay valid and unchanged while a SwapDelta is bound.
 using FieldOf = std::function<const SliceField&(SliceIndex)>;
 
+struct CellPair {
+  std::uint32_t i;
+  std::uint32_t j;
+};
+
 // Evaluates one slice at a time; one object per thread.
 class SwapDelta {
  public:
   virtual ~SwapDelta() = default;
   // Copies the slice whose samples move and takes a view of the slices around it.
   virtual void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) = 0;
-  // dE for swapping the samples of cells i != j of the bound slice.
-  virtual double delta(Cell i, Cell j) const = 0;
+  // dE of each pair alone, for swapping the samples of its cells i and j of the bound slice. Where i = j: any finite
+  // number.
+  virtual void deltas(std::span<const CellPair> pairs, double* changes) const = 0;
   // Carries the swap out in the copy.
-  virtual void swap(Cell i, Cell j) = 0;
+  virtual void swap(CellPair pair) = 0;
   // The bound slice as it is now.
   virtual const SliceField& field() const = 0;
+
+  double delta(CellPair pair) const {
+    double change;
+    deltas({&pair, 1}, &change);
+    return change;
+  }
 };
 
 // dual: double, from the definitions. single: float, vectorised; the same bits on every machine. Float resolves angles
-// between directions to 4e-7, but to 4e-4 only where they nearly agree or oppose. The footprint must outlive the object.
+// between directions to 4e-7, but to 4e-4 only where they nearly agree or oppose. The footprint must outlive the
+// object.
 std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision);
 
 }  // namespace noiseloom
