@@ -37,6 +37,7 @@ VacLayout::VacLayout(const VacSpec& spec, SliceIndex begin, SliceIndex end)
       toroidal{},
       slice_step{},
       cells(spec.extents.cells_per_slice()),
+      num_slices(spec.extents.num_slices()),
       slice_begin(begin),
       slice_end(end),
       leaves((cells + leaf_words - 1) / leaf_words) {
@@ -92,43 +93,135 @@ std::size_t VacField::leaf(std::uint64_t position) const {
 
 void VacField::clear() { std::fill_n(data_.get(), num_words_, 0U); }
 
-// Calls visit(word, weight) for every tap of a group without x around `position`.
-template <class Visit>
-static void visit_points(const VacLayout& layout, const VacGroupKernel& group, std::uint64_t position,
-                         std::uint32_t* data, const Visit& visit) {
-  const VacLayout::Coord at = layout.coord(position);
-  const auto a0 = static_cast<std::size_t>(group.axis0);
-  const std::int64_t n = layout.size[a0];
-  const std::int64_t own_slice = static_cast<std::int64_t>(position) / layout.cells;
-  // A step along axis0 in slices and in words; along y it stays in its slice.
-  const std::int64_t slice_step = layout.slice_step[a0];
-  const std::int64_t word_step = a0 == 1 ? layout.size[0] : slice_step * layout.slice_words;
-  for (const VacRow& row : group.rows) {
-    std::int64_t slice = own_slice - at[a0] * slice_step;
-    bool inside = true;
-    for (std::size_t i = 0; i < group.others.size() && inside; ++i) {
-      const auto a = static_cast<std::size_t>(group.others[i]);
-      std::int64_t c = at[a];
-      inside = layout.move(c, group.others[i], row.offset[i]);
-      slice += (c - at[a]) * layout.slice_step[a];
+namespace {
+
+// The taps of a group without x, seen from one pixel.
+class Points {
+ public:
+  Points(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, std::uint64_t position)
+      : layout_(layout),
+        group_(group),
+        at_(layout.coord(position)),
+        own_slice_(static_cast<std::int64_t>(position) / layout.cells) {
+    const auto a0 = static_cast<std::size_t>(group.axis0);
+    at0_ = at_[a0];
+    size0_ = layout.size[a0];
+    toroidal0_ = layout.toroidal[a0];
+    slice_step_ = layout.slice_step[a0];  // of a step along axis0; along y it stays in its slice
+    word_step_ = a0 == 1 ? layout.size[0] : slice_step_ * layout.slice_words;
+    cell_ = data + (a0 == 1 ? 0 : at_[1]) * layout.size[0] + at_[0];
+    whole_ = layout.slice_begin == 0 && layout.slice_end == layout.num_slices;
+  }
+
+  std::int64_t at(std::size_t axis) const { return at_[axis]; }
+
+  // Calls visit(word, weight) for the taps of one row.
+  template <class Visit>
+  void row(const VacRow& row, const Visit& visit) const {
+    std::int64_t slice = own_slice_ - at0_ * slice_step_;
+    for (std::size_t i = 0; i < group_.others.size(); ++i) {
+      const auto a = static_cast<std::size_t>(group_.others[i]);
+      std::int64_t c = at_[a];
+      if (!layout_.move(c, group_.others[i], row.offset[i])) return;
+      slice += (c - at_[a]) * layout_.slice_step[a];
     }
-    if (!inside) continue;
-    const std::int64_t y = a0 == 1 ? 0 : at[1];
-    std::uint32_t* const words = data + (slice - layout.slice_begin) * layout.slice_words + y * layout.size[0] + at[0];
-    const std::uint32_t* weights = group.weights.data() + row.first + row.lo - at[a0];  // of the tap at coordinate 0
-    const auto part = [&](std::int64_t begin, std::int64_t end, std::int64_t shift) {
+    std::uint32_t* const words = cell_ + (slice - layout_.slice_begin) * layout_.slice_words;
+    const std::uint32_t* const weights = group_.weights.data() + row.first;
+    const std::int64_t begin = at0_ - row.lo;
+    const std::int64_t end = at0_ + row.hi + 1;
+    const std::int64_t from = std::max<std::int64_t>(begin, 0);
+    const std::int64_t to = std::min(end, size0_);
+    part(words, slice, from, to, weights + (from - begin), visit);
+    if (!toroidal0_) return;
+    if (begin < 0) part(words, slice, begin + size0_, size0_, weights, visit);
+    if (end > size0_) part(words, slice, 0, end - size0_, weights + (size0_ - begin), visit);
+  }
+
+ private:
+  template <class Visit>
+  void part(std::uint32_t* words, std::int64_t slice, std::int64_t begin, std::int64_t end,
+            const std::uint32_t* weights, const Visit& visit) const {
+    if (!whole_) {
       for (std::int64_t c = begin; c < end; ++c) {
-        if (layout.has_slice(slice + c * slice_step)) visit(words[c * word_step], weights[c + shift]);
+        if (layout_.has_slice(slice + c * slice_step_)) visit(words[c * word_step_], weights[c - begin]);
       }
-    };
-    const std::int64_t begin = at[a0] - row.lo;
-    const std::int64_t end = at[a0] + row.hi + 1;
-    part(std::max<std::int64_t>(begin, 0), std::min(end, n), 0);
-    if (!layout.toroidal[a0]) continue;
-    if (begin < 0) part(begin + n, n, -n);
-    if (end > n) part(0, end - n, n);
+      return;
+    }
+    words += begin * word_step_;
+    for (std::int64_t left = end - begin; left > 0; --left, words += word_step_) visit(*words, *weights++);
+  }
+
+  const VacLayout& layout_;
+  const VacGroupKernel& group_;
+  VacLayout::Coord at_;
+  std::int64_t own_slice_;
+  std::int64_t at0_;
+  std::int64_t size0_;
+  bool toroidal0_;
+  std::int64_t slice_step_;
+  std::int64_t word_step_;
+  std::uint32_t* cell_;
+  bool whole_;
+};
+
+// Kernel rows of a group of two axes by the coordinate where they end up: row_to(to - from). Null where there is none.
+class RowsByDifference {
+ public:
+  RowsByDifference(const VacLayout& layout, const VacGroupKernel& group)
+      : size_(layout.size[static_cast<std::size_t>(group.others[0])]),
+        rows_(static_cast<std::size_t>(2 * size_ - 1), nullptr) {
+    const bool toroidal = layout.toroidal[static_cast<std::size_t>(group.others[0])];
+    for (const VacRow& row : group.rows) {
+      for (const std::int64_t d : {row.offset[0] - size_, std::int64_t{row.offset[0]}, row.offset[0] + size_}) {
+        const bool image = d != row.offset[0];
+        if (std::abs(d) < size_ && (toroidal || !image)) rows_[static_cast<std::size_t>(d + size_ - 1)] = &row;
+      }
+    }
+  }
+  std::int64_t size() const { return size_; }
+  const VacRow* row_to(std::int64_t difference) const {
+    return rows_[static_cast<std::size_t>(difference + size_ - 1)];
+  }
+
+ private:
+  std::int64_t size_;
+  std::vector<const VacRow*> rows_;
+};
+
+// Adds the taps of a group without x around all pixels. Pixels of one cache line reach the same lines along the slice
+// axes, so they are taken together; in a plane of two axes row after row, so that the lines of a row are read once.
+template <bool On>
+void add_points(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data,
+                std::vector<std::uint64_t>& positions) {
+  const auto add = [](std::uint32_t& word, std::uint32_t weight) { word = On ? word + weight : word - weight; };
+  const auto line = [&](std::uint64_t p) { return p % static_cast<std::uint64_t>(layout.cells) / line_words; };
+  std::stable_sort(positions.begin(), positions.end(),
+                   [&](std::uint64_t a, std::uint64_t b) { return line(a) < line(b); });
+  if (group.others.size() != 1) {
+    for (const std::uint64_t position : positions) {
+      const Points points(layout, group, data, position);
+      for (const VacRow& row : group.rows) points.row(row, add);
+    }
+    return;
+  }
+  const RowsByDifference rows(layout, group);
+  const auto axis = static_cast<std::size_t>(group.others[0]);
+  std::vector<Points> together;
+  for (std::size_t i = 0; i < positions.size();) {
+    together.clear();
+    const auto here = line(positions[i]);
+    for (; i < positions.size() && line(positions[i]) == here; ++i) {
+      together.emplace_back(layout, group, data, positions[i]);
+    }
+    for (std::int64_t to = 0; to < rows.size(); ++to) {
+      for (const Points& points : together) {
+        if (const VacRow* row = rows.row_to(to - points.at(axis))) points.row(*row, add);
+      }
+    }
   }
 }
+
+}  // namespace
 
 template <bool On>
 void VacField::turn(std::span<const std::uint64_t> positions) {
@@ -140,15 +233,8 @@ void VacField::turn(std::span<const std::uint64_t> positions) {
       vac_simd::add_rows(layout_, group, data_.get(), On, positions);
       continue;
     }
-    // Pixels of one cache line reach the same lines along the slice axes: take them together.
     by_cell_.assign(positions.begin(), positions.end());
-    const auto cells = static_cast<std::uint64_t>(layout_.cells);
-    std::stable_sort(by_cell_.begin(), by_cell_.end(),
-                     [cells](std::uint64_t a, std::uint64_t b) { return a % cells / 16 < b % cells / 16; });
-    for (const std::uint64_t position : by_cell_) {
-      visit_points(layout_, group, position, data_.get(),
-                   [](std::uint32_t& word, std::uint32_t weight) { word = On ? word + weight : word - weight; });
-    }
+    add_points<On>(layout_, group, data_.get(), by_cell_);
   }
 }
 
@@ -163,10 +249,13 @@ static void turn_watching(const VacLayout& layout, const VacKernel& kernel, std:
       vac_simd::add_rows_watching(layout, group, data, On, position, limit, hits);
       continue;
     }
-    visit_points(layout, group, position, data, [&](std::uint32_t& word, std::uint32_t weight) {
-      word = On ? word + weight : word - weight;
-      if (On ? word >= limit : word <= limit) hits.push_back(static_cast<std::size_t>(&word - data));
-    });
+    const Points points(layout, group, data, position);
+    for (const VacRow& row : group.rows) {
+      points.row(row, [&](std::uint32_t& word, std::uint32_t weight) {
+        word = On ? word + weight : word - weight;
+        if (On ? word >= limit : word <= limit) hits.push_back(static_cast<std::size_t>(&word - data));
+      });
+    }
   }
 }
 

@@ -37,6 +37,7 @@ struct VacLayout {
   std::array<bool, Extents::max_axes> toroidal;
   std::array<std::int64_t, Extents::max_axes> slice_step;  // what a step along a slice axis adds to the slice
   std::int64_t cells;                                      // per slice
+  std::int64_t num_slices;
   std::int64_t slice_begin;
   std::int64_t slice_end;
   std::int64_t slice_words;  // between the starts of two slices

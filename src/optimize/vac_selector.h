@@ -2,8 +2,8 @@
 //
 // While values only rise (vac_field.h), every pixel that can have a key <= limit later has one now. So the candidates
 // found by one scan are all that the picks up to that limit depend on: a pick raises the candidates in its footprint,
-// found in one bitmap per group (rows of taps are runs of bits), and the next pick is the least candidate left. Any
-// process that has the candidates gets the same picks; fields are brought up to date afterwards, in any order.
+// and the next pick is the least candidate left. Any process that has the candidates gets the same picks; fields are
+// brought up to date afterwards, in any order.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,11 @@ namespace noiseloom {
 
 class VacSelector {
  public:
-  // `kernel` must outlive the selector.
   VacSelector(const VacSpec& spec, const VacKernel& kernel);
 
   // Takes picks from `candidates` (all pixels of the texture with key <= limit, ascending in position) until none is
-  // left below the limit or `max_picks` are taken; in drains, equal keys go by descending position. `picks` becomes the
-  // indices of candidates in the order picked.
+  // left below the limit or `max_picks` are taken; for clusters equal keys go by descending position. `picks` becomes
+  // the indices of candidates in the order picked.
   void select(VacView view, std::span<const VacCandidate> candidates, std::uint64_t limit, std::size_t max_picks,
               std::vector<std::uint32_t>& picks);
 
@@ -31,45 +30,63 @@ class VacSelector {
   std::uint32_t energy(std::size_t i) const { return energy_[i]; }
 
  private:
-  // One bit per pixel: the axes of a group fastest (groups with x share the order of positions).
-  struct Bitmap {
-    std::vector<std::uint64_t> words;
-    std::array<std::int64_t, Extents::max_axes> stride;
-    bool by_position;
-    const VacGroupKernel* group;
+  using Coord = std::array<std::int32_t, Extents::max_axes>;
+  static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+
+  // Candidates in bins that are at least as wide as a group reaches, so that a footprint meets few of them.
+  class Bins {
+   public:
+    Bins(const VacLayout& layout, const VacGroupKernel& group);
+    void enter(const std::vector<Coord>& at);
+    void leave(const std::vector<Coord>& at);
+    // Adds the group's weights around candidate i.
+    void raise(const std::vector<Coord>& at, std::size_t i, std::vector<std::uint32_t>& energy) const;
+
+   private:
+    struct Axis {
+      std::size_t index;
+      std::int32_t size;
+      bool toroidal;
+      std::int32_t lo;
+      std::int32_t hi;
+      int shift;  // log2 of the width of a bin
+      std::int32_t num_bins;
+      std::int64_t bin_stride;
+      std::int64_t weight_stride;
+    };
+    static constexpr std::size_t max_bins_met = 5;
+    std::int64_t bin(const Coord& at) const;
+    std::size_t bins_met(const Axis& axis, std::int32_t c, std::array<std::int64_t, max_bins_met>& bins) const;
+    std::uint32_t weight(const Coord& from, const Coord& to) const;
+
+    std::vector<Axis> axes_;                                          // of the group
+    std::vector<std::pair<std::size_t, std::int64_t>> fixed_stride_;  // the other axes
+    std::vector<std::uint32_t> weights_;                              // dense
+    std::vector<std::uint32_t> head_;
+    std::vector<std::uint32_t> next_;
   };
+
   struct Entry {
     std::uint64_t key;
-    std::uint32_t order;                                     // index of the candidate, complemented in drains
+    std::uint32_t order;                                     // index of the candidate, complemented for clusters
     friend bool operator<(const Entry& a, const Entry& b) {  // for a heap with the least at the front
       return a.key != b.key ? a.key > b.key : a.order > b.order;
     }
   };
-
-  void enter(std::span<const VacCandidate> candidates);
-  void leave(std::span<const VacCandidate> candidates);
-  void raise_around(std::uint64_t position);
-  void raise_group(const Bitmap& bitmap, const VacLayout::Coord& at);
-  void raise_run(const Bitmap& bitmap, std::int64_t bit, std::int64_t count, std::int64_t position,
-                 std::int64_t position_step, const std::uint32_t* weights);
-  std::int64_t bit_of(const Bitmap& bitmap, const VacLayout::Coord& at) const;
   void put(std::uint32_t i);
-  std::uint32_t slot_of(std::uint64_t position) const;
+  void open_next_bucket();
 
   VacLayout layout_;
-  std::array<std::int64_t, Extents::max_axes> position_stride_;
-  std::vector<Bitmap> bitmaps_;               // one per group
-  std::vector<std::uint64_t> present_;        // by position
-  std::vector<std::uint32_t> first_in_word_;  // index of the first candidate in each word of present_
+  std::vector<Bins> bins_;  // one per group
+  std::vector<Coord> at_;
   std::vector<std::uint32_t> energy_;
   std::vector<std::uint8_t> picked_;
 
-  // Buckets of equal width in energy, each a list through next_; the bucket being emptied is the heap.
-  static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+  // Buckets of equal width in energy, each a list through next_; the one that is being emptied is the heap.
+  std::span<const VacCandidate> candidates_;
   std::vector<std::uint32_t> head_;
   std::vector<std::uint32_t> next_;
   std::vector<Entry> heap_;
-  std::span<const VacCandidate> candidates_;
   std::uint64_t limit_ = 0;
   std::uint32_t least_ = 0;
   int shift_ = 0;
