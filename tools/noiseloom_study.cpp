@@ -46,6 +46,7 @@ int threads_of(const Common& common) { return common.threads > 0 ? common.thread
 
 std::string list_of_files(const std::vector<std::string>& files) {
   if (files.size() == 1) return files.front();
+  if (files.size() == 2) return fmt::format("{} and {}", files.front(), files.back());
   return fmt::format("{} files: {} to {}", files.size(), files.front(), files.back());
 }
 
@@ -191,7 +192,7 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? exit_done : exit_user;
   } catch (const UserError& error) {
     const std::size_t count = error.faults().size();
-    fmt::print(stderr, "{}\n{} error{}; nothing was written\n", error.what(), count, count == 1 ? "" : "s");
+    fmt::print(stderr, "{}\n{} error{}; nothing was done\n", error.what(), count, count == 1 ? "" : "s");
     return exit_user;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());

@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "noiseloom/problem/sample_space.h"
+#include "noiseloom/study/filtered.h"
 #include "noiseloom/study/naming.h"
 #include "noiseloom/study/picture.h"
 #include "noiseloom/study/plot.h"
@@ -18,7 +19,10 @@
 namespace noiseloom {
 namespace {
 
-constexpr int shown_size = 384;  // CSS pixels of a picture's longer side
+constexpr int shown_size = 384;   // CSS pixels of a picture's longer side
+constexpr int most_pixels = 768;  // of a picture; larger textures are cut, larger spectra averaged
+constexpr int page_width = 954;
+constexpr int shown_small = 288;
 constexpr int slices_shown = 4;
 
 class Analysis {
@@ -42,6 +46,7 @@ class Analysis {
     summarise();
     if (file_.config) score();
     show_slices();
+    if (file_.config) show_filtered_error();
     show_plane_spectrum();
     for (int axis = 2; axis < extents_.num_axes(); ++axis)
       if (extents_.size(axis) > 1) show_slice_axis_spectrum(axis);
@@ -53,13 +58,13 @@ class Analysis {
  private:
   std::string path(const std::string& file) const { return (std::filesystem::path(folder_) / file).string(); }
 
-  // Writes the picture and returns it for the page, `shown` CSS pixels wide.
-  std::string picture_html(const std::string& file, const Picture& picture, const std::string& description, int shown) {
+  // Writes the picture and returns it for the page, at most `widest` CSS pixels wide.
+  ReportFigure figure(const std::string& file, const Picture& picture, const std::string& caption, int widest) {
     const std::string temporary = output_.add(path(file));
-    write_picture(temporary, picture, description);
+    write_picture(temporary, picture, caption);
     std::ifstream in(temporary, std::ios::binary);
     const std::vector<char> bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    return embedded_png(std::as_bytes(std::span(bytes)), description, shown);
+    return {embedded_png(std::as_bytes(std::span(bytes)), caption), caption, std::min(picture.width, widest)};
   }
 
   void summarise() {
@@ -100,31 +105,59 @@ class Analysis {
 
   void show_slices() {
     const ValueRange range = shown_range(file_);
-    const Picture first = slice_picture(texture_, range, 0);
-    const int factor = factor_to_fill(first, shown_size);
-    ReportSection section{"The texture", "", {}};
+    const Picture first = cropped(slice_picture(texture_, range, 0), most_pixels, most_pixels);
+    const bool whole = first.width == extents_.width() && first.height == extents_.height();
+    const int factor = factor_to_fill(std::max(first.width, first.height), shown_size);
     const std::string shown = texture_.channels == 1   ? "value as grey"
                               : texture_.channels == 2 ? "the two values as red and green"
                                                        : "three values as red, green and blue";
-    section.figures.push_back({picture_html("preview.png", enlarged(first, factor), "first slice",
-                                            std::min(first.width * factor, 2 * shown_size)),
-                               fmt::format("First slice, {}, every pixel {} x {}.", shown, factor, factor)});
+    ReportSection section{"The texture", "", {}};
+    section.figures.push_back(figure(
+        "preview.png", enlarged(first, factor, factor),
+        fmt::format("{}irst slice, {}, every pixel {} x {}.", whole ? "F" : "A corner of the f", shown, factor, factor),
+        most_pixels));
     const SliceIndex count = std::min<SliceIndex>(slices_shown, extents_.num_slices());
     if (count > 1) {
-      std::vector<Picture> slices;
       const int small = std::max(1, factor / 2);
-      for (SliceIndex s = 0; s < count; ++s) slices.push_back(enlarged(slice_picture(texture_, range, s), small));
-      const Picture row = side_by_side(slices, 8);
-      section.figures.push_back({picture_html("slices.png", row, "the first slices", std::min(row.width, 960)),
-                                 fmt::format("Slices 0 to {}.", count - 1)});
+      std::vector<Picture> slices;
+      for (SliceIndex s = 0; s < count; ++s)
+        slices.push_back(enlarged(cropped(slice_picture(texture_, range, s), shown_small, shown_small), small, small));
+      section.figures.push_back(
+          figure("slices.png", side_by_side(slices, 8), fmt::format("Slices 0 to {}.", count - 1), page_width));
     }
     report_.sections.push_back(std::move(section));
+  }
+
+  void show_filtered_error() {
+    const Footprint footprint(extents_, file_.config->problem.filter);
+    if (footprint.slices().front().taps.empty()) return;  // the filter does nothing inside a slice
+    const FilteredError error = filtered_error(texture_, 0, footprint);
+    const auto shown = [&](const std::string& name, const Picture& picture, const std::string& caption) {
+      const Picture part = cropped(picture, shown_small, shown_small);
+      const int factor = factor_to_fill(std::max(part.width, part.height), shown_small);
+      return figure(name, enlarged(part, factor, factor), caption, shown_small);
+    };
+    report_.sections.push_back(
+        {"What the filter leaves",
+         fmt::format("Every pixel of the first slice answers yes or no to a question whose true answer is one half (is "
+                     "its value below the median?). After the filter inside the slice, the mean squared error of this "
+                     "texture is {:.3f} of that of white noise.",
+                     error.ratio),
+         {shown("estimates.png", error.before, "One sample a pixel, before the filter."),
+          shown("error_white_noise.png", error.white_noise, "Error after the filter: white noise."),
+          shown("error.png", error.texture, "Error after the filter: this texture, same contrast.")}});
   }
 
   void write_csv(const std::string& file, const std::vector<SpectrumBin>& bins) {
     std::string text = "frequency_cycles_per_pixel,power,count\n";
     for (const SpectrumBin& bin : bins) text += fmt::format("{},{},{}\n", bin.frequency, bin.power, bin.count);
     output_.write(path(file), text);
+  }
+
+  // Both axes of a spectrum run from -1/2 to 1/2, however many frequencies lie between.
+  static Picture square(const PlaneSpectrum& spectrum) {
+    const Picture picture = spectrum_picture(spectrum, most_pixels);
+    return enlarged(picture, factor_to_fill(picture.width, shown_size), factor_to_fill(picture.height, shown_size));
   }
 
   static PlotLine line_of(const std::vector<SpectrumBin>& bins, const std::string& label, PlotLine::Style style) {
@@ -156,15 +189,14 @@ class Analysis {
     }
     const std::string svg = plot_svg(plot);
     output_.write(path("spectrum_xy.svg"), svg);
-    const Picture picture = spectrum_picture(spectrum);
-    const int factor = factor_to_fill(picture, shown_size);
     report_.sections.push_back(
         {"Spectrum of a slice",
          text,
-         {{picture_html("spectrum_xy.png", enlarged(picture, factor), "power spectrum over x and y",
-                        std::min(picture.width * factor, shown_size)),
-           "Mean over slices and channels, frequency zero in the middle. Black: none; light grey: as white noise; "
-           "white: twice that or more."},
+         {figure(
+              "spectrum_xy.png", square(spectrum),
+              "Mean over slices and channels, frequency zero in the middle. Black: none; light grey: as white noise; "
+              "white: twice that or more.",
+              shown_size),
           {svg, "The same, averaged over rings."}}});
   }
 
@@ -179,15 +211,13 @@ class Analysis {
                     false,
                     {line_of(rows, "this texture", PlotLine::Style::main),
                      PlotLine{"white noise", {0, 0.5}, {1, 1}, PlotLine::Style::dashed}}};
-    const Picture picture = spectrum_picture(spectrum);
-    const int factor = factor_to_fill(picture, shown_size);
     report_.sections.push_back(
         {fmt::format("Spectrum over x and {}", name),
          "",
-         {{picture_html(fmt::format("spectrum_x{}.png", name), enlarged(picture, factor),
-                        fmt::format("power spectrum over x and {}", name),
-                        std::min(picture.width * factor, shown_size)),
-           fmt::format("Frequency along x to the right, along {} upward, zero in the middle; greys as above.", name)},
+         {figure(
+              fmt::format("spectrum_x{}.png", name), square(spectrum),
+              fmt::format("Frequency along x to the right, along {} upward, zero in the middle; greys as above.", name),
+              shown_size),
           {plot_svg(plot),
            fmt::format("How each pixel changes along {}: the mean over all frequencies along x.", name)}}});
   }

@@ -96,7 +96,7 @@ class SliceEncoder {
 std::string decoding(const ExportPlan& plan) {
   const std::string stored = plan.type == PixelType::uint8    ? "(b + 0.5) / 256"
                              : plan.type == PixelType::uint16 ? "(b + 0.5) / 65536"
-                                                              : "b";
+                                                              : "number stored";
   if (!plan.range || *plan.range == ValueRange{}) return stored;
   return fmt::format("{} + {} * {}", plan.range->lo, plan.range->hi - plan.range->lo, stored);
 }

@@ -31,6 +31,7 @@ OIIO::ImageSpec oiio_spec(const ImageJob& job, int height, int block) {
   spec.attribute("oiio:UnassociatedAlpha", 1);  // else colours are divided by alpha
   spec.attribute("ImageDescription", job.description);
   spec.attribute("Software", "noiseloom");
+  spec.attribute("DateTime", "1970:01:01 00:00:00");  // else the time of writing: equal textures are equal files
   // Noise does not compress, and plain files are read by the smallest of readers.
   if (job.format == ImageFormat::exr || job.format == ImageFormat::tiff) spec.attribute("compression", "none");
   if (job.stacking == Stacking::parts)

@@ -49,23 +49,21 @@ OutputFiles::~OutputFiles() {
 }
 
 void OutputFiles::check(const std::vector<std::string>& targets) const {
-  constexpr std::size_t most_shown = 3;
   std::vector<Fault> faults;
-  std::size_t not_shown = 0;
+  std::vector<std::string> existing;
   std::error_code error;
   for (const std::string& target : targets) {
-    std::string text;
     if (fs::is_directory(target, error))
-      text = "is a folder";
+      faults.push_back({target, "is a folder"});
     else if (!overwrite_ && fs::exists(target, error))
-      text = "exists; --overwrite replaces it";
-    if (text.empty()) continue;
-    if (faults.size() < most_shown)
-      faults.push_back({target, text});
-    else
-      ++not_shown;
+      existing.push_back(target);
   }
-  if (not_shown > 0) faults.push_back({"", fmt::format("and {} more files like these", not_shown)});
+  if (existing.size() == 1) faults.push_back({existing.front(), "exists; --overwrite replaces it"});
+  if (existing.size() > 1)
+    faults.push_back(
+        {existing.front(), fmt::format("exists, and {} more of the {} files to write; --overwrite replaces "
+                                       "them",
+                                       existing.size() - 1, targets.size())});
   throw_if_any(std::move(faults));
 }
 

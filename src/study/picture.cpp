@@ -43,26 +43,40 @@ Picture slice_picture(const Texture& texture, const ValueRange& range, SliceInde
   return picture;
 }
 
-Picture spectrum_picture(const PlaneSpectrum& spectrum) {
-  Picture picture = blank(spectrum.width, spectrum.height);
-  for (std::size_t i = 0; i < spectrum.power.size(); ++i)
-    std::fill_n(picture.rgb.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
-                static_cast<std::uint8_t>(quantise(std::sqrt(spectrum.power[i] / 2), 8)));
+Picture spectrum_picture(const PlaneSpectrum& spectrum, int most_pixels) {
+  const int across = (spectrum.width + most_pixels - 1) / most_pixels;
+  const int down = (spectrum.height + most_pixels - 1) / most_pixels;
+  Picture picture = blank((spectrum.width + across - 1) / across, (spectrum.height + down - 1) / down);
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x) {
+      double sum = 0;
+      int count = 0;
+      for (int v = y * down; v < std::min((y + 1) * down, spectrum.height); ++v)
+        for (int u = x * across; u < std::min((x + 1) * across, spectrum.width); ++u, ++count) sum += spectrum.at(u, v);
+      std::fill_n(picture.rgb.begin() + offset_of(picture, x, y), 3,
+                  static_cast<std::uint8_t>(quantise(std::sqrt(sum / count / 2), 8)));
+    }
   return picture;
 }
 
-Picture enlarged(const Picture& picture, int factor) {
-  Picture large = blank(picture.width * factor, picture.height * factor);
+Picture cropped(const Picture& picture, int width, int height) {
+  Picture part = blank(std::min(width, picture.width), std::min(height, picture.height));
+  for (int y = 0; y < part.height; ++y)
+    std::copy_n(picture.rgb.begin() + offset_of(picture, 0, y), 3 * part.width,
+                part.rgb.begin() + offset_of(part, 0, y));
+  return part;
+}
+
+Picture enlarged(const Picture& picture, int across, int down) {
+  Picture large = blank(picture.width * across, picture.height * down);
   for (int y = 0; y < large.height; ++y)
     for (int x = 0; x < large.width; ++x)
-      std::copy_n(picture.rgb.begin() + offset_of(picture, x / factor, y / factor), 3,
+      std::copy_n(picture.rgb.begin() + offset_of(picture, x / across, y / down), 3,
                   large.rgb.begin() + offset_of(large, x, y));
   return large;
 }
 
-int factor_to_fill(const Picture& picture, int size) {
-  return std::max(1, size / std::max(picture.width, picture.height));
-}
+int factor_to_fill(int length, int size) { return std::max(1, size / length); }
 
 Picture side_by_side(const std::vector<Picture>& pictures, int gap) {
   int width = -gap;

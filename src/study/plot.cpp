@@ -41,14 +41,16 @@ struct Scale {
   }
 };
 
-// 1, 2 and 5 times the powers of ten inside lo..hi; where that would be many, the powers alone.
+// Powers of ten inside lo..hi and 2 and 5 times them; the powers alone where that would be many, even steps where they
+// would be few.
 std::vector<double> log_ticks(double lo, double hi) {
-  const bool few = hi / lo < 200;
+  if (hi / lo < 8) return linear_ticks(lo, hi, 5);
+  const bool many = hi / lo > 200;
   std::vector<double> ticks;
   for (int e = static_cast<int>(std::floor(std::log10(lo))); e <= static_cast<int>(std::ceil(std::log10(hi))); ++e)
     for (const double m : {1.0, 2.0, 5.0}) {
       const double tick = m * std::pow(10.0, e);
-      if ((few || m == 1.0) && tick >= lo * 0.999 && tick <= hi * 1.001) ticks.push_back(tick);
+      if ((m == 1.0 || !many) && tick >= lo * 0.999 && tick <= hi * 1.001) ticks.push_back(tick);
     }
   return ticks;
 }
@@ -88,6 +90,7 @@ std::string legend_svg(const Plot& plot) {
   std::string svg;
   double end = view_width - right;
   for (auto line = plot.lines.rbegin(); line != plot.lines.rend(); ++line) {
+    if (line->label.empty()) continue;
     const double begin = end - 6.6 * static_cast<double>(line->label.size());
     svg += fmt::format("<text class='nl-label' x='{:.1f}' y='16'>{}</text>", begin, xml_escaped(line->label));
     svg += fmt::format("<line class='{}' x1='{:.1f}' x2='{:.1f}' y1='12' y2='12'/>\n", style_class(line->style),

@@ -30,7 +30,7 @@ section { background: var(--card); border: 1px solid var(--line); border-radius:
 .figures { display: flex; flex-wrap: wrap; gap: 22px; align-items: flex-start; }
 figure { margin: 0; max-width: 100%; }
 figure.wide { flex: 1 1 420px; min-width: 300px; }
-figure img { display: block; max-width: 100%; height: auto; image-rendering: pixelated; border: 1px solid var(--line); }
+figure img { display: block; width: 100%; height: auto; image-rendering: pixelated; border: 1px solid var(--line); }
 figure svg { display: block; width: 100%; height: auto; color: var(--ink) !important; }
 figcaption { color: var(--soft); font-size: 13px; margin-top: 6px; max-width: 70ch; }
 table { border-collapse: collapse; width: 100%; }
@@ -71,9 +71,9 @@ std::string section_html(const ReportSection& section) {
   if (!section.text.empty()) html += fmt::format("<p>{}</p>\n", xml_escaped(section.text));
   html += "<div class='figures'>\n";
   for (const ReportFigure& figure : section.figures)
-    html +=
-        fmt::format("<figure{}>{}<figcaption>{}</figcaption></figure>\n",
-                    figure.html.starts_with("<svg") ? " class='wide'" : "", figure.html, xml_escaped(figure.caption));
+    html += fmt::format("<figure{}>{}<figcaption>{}</figcaption></figure>\n",
+                        figure.width > 0 ? fmt::format(" style='width:{}px'", figure.width) : " class='wide'",
+                        figure.html, xml_escaped(figure.caption));
   return html + "</div>\n</section>\n";
 }
 
@@ -92,9 +92,8 @@ std::string base64(std::span<const std::byte> bytes) {
   return text;
 }
 
-std::string embedded_png(std::span<const std::byte> png, const std::string& alternative_text, int width) {
-  return fmt::format("<img alt='{}' width='{}' src='data:image/png;base64,{}'>", xml_escaped(alternative_text), width,
-                     base64(png));
+std::string embedded_png(std::span<const std::byte> png, const std::string& alternative_text) {
+  return fmt::format("<img alt='{}' src='data:image/png;base64,{}'>", xml_escaped(alternative_text), base64(png));
 }
 
 std::string report_html(const Report& report) {

@@ -1,48 +1,13 @@
 #include "noiseloom/study/spectrum.h"
 
-#include <fftw3.h>
-
 #include <algorithm>
 #include <cmath>
-#include <complex>
-#include <memory>
 #include <numbers>
+
+#include "study/plane_transform.h"
 
 namespace noiseloom {
 namespace {
-
-// A forward transform of a real plane, reused for many planes.
-class PlaneTransform {
- public:
-  PlaneTransform(int width, int height)
-      : width_(width), height_(height), real_(size()), spectrum_(static_cast<std::size_t>(height * (width / 2 + 1))) {
-    plan_ = fftw_plan_dft_r2c_2d(height, width, real_.data(), reinterpret_cast<fftw_complex*>(spectrum_.data()),
-                                 FFTW_ESTIMATE);
-    NOISELOOM_CHECK(plan_ != nullptr);
-  }
-  ~PlaneTransform() { fftw_destroy_plan(plan_); }
-  PlaneTransform(const PlaneTransform&) = delete;
-  PlaneTransform& operator=(const PlaneTransform&) = delete;
-
-  std::vector<double>& real() { return real_; }
-  void run() { fftw_execute(plan_); }
-  // The coefficient at column kx in [0, width), row ky in [0, height).
-  std::complex<double> at(int kx, int ky) const {
-    const bool mirrored = kx > width_ / 2;
-    const int x = mirrored ? width_ - kx : kx;
-    const int y = mirrored ? (height_ - ky) % height_ : ky;
-    const std::complex<double> value = spectrum_[static_cast<std::size_t>(y * (width_ / 2 + 1) + x)];
-    return mirrored ? std::conj(value) : value;
-  }
-
- private:
-  std::size_t size() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
-  int width_;
-  int height_;
-  std::vector<double> real_;
-  std::vector<std::complex<double>> spectrum_;
-  fftw_plan plan_;
-};
 
 // The real-valued signals that stand for a texture: its channels, or cos and sin of a circle's.
 class Signals {
@@ -144,7 +109,7 @@ PlaneSpectrum plane_spectrum(const Texture& texture, DistanceKind kind, int firs
           const Position p = split(extents, origin + x * step_x + y * step_y);
           transform.real()[i++] = signals.centred(signal, p.slice, p.cell);
         }
-      transform.run();
+      transform.forward();
       for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
           spectrum.power[centred_index(x, y, width, height)] += std::norm(transform.at(x, y));
@@ -203,7 +168,7 @@ PlaneSpectrum filter_response(const Footprint& footprint) {
     const std::size_t y = static_cast<std::size_t>((tap.dy + height) % height);
     transform.real()[y * static_cast<std::size_t>(width) + x] += tap.weight;
   }
-  transform.run();
+  transform.forward();
   PlaneSpectrum response = empty_spectrum(width, height);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)

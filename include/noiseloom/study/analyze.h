@@ -13,6 +13,7 @@ namespace noiseloom {
 // Adds to `output`, in `folder`:
 //   report.html            everything on one page
 //   preview.png            the first slice; slices.png: some slices side by side
+//   error.png, error_white_noise.png, estimates.png    with a config: what its filter leaves (filtered.h)
 //   spectrum_xy.png .csv .svg    power over the frequencies of a slice; table and plot: averaged over rings
 //   spectrum_xT.png, spectrum_T.csv    for every slice axis T (by its name) longer than 1
 //   convergence.csv        run files: their history

@@ -23,13 +23,17 @@ ValueRange shown_range(const TextureFile& file);
 // One slice: a scalar grey, two channels red and green, more than three the first three.
 Picture slice_picture(const Texture& texture, const ValueRange& range, SliceIndex slice);
 
-// Power as grey: sqrt(P / 2), so black is none, white noise light grey and white twice its power.
-Picture spectrum_picture(const PlaneSpectrum& spectrum);
+// Power as grey: sqrt(P / 2), so black is none, white noise light grey and white twice its power. Along an axis with
+// more than `most_pixels` frequencies, neighbours are averaged.
+Picture spectrum_picture(const PlaneSpectrum& spectrum, int most_pixels);
 
-// Every pixel as factor x factor pixels.
-Picture enlarged(const Picture& picture, int factor);
-// The whole number >= 1 by which a picture fills `size` pixels best without passing it.
-int factor_to_fill(const Picture& picture, int size);
+// The corner at (0, 0) of at most that size.
+Picture cropped(const Picture& picture, int width, int height);
+
+// Every pixel as across x down pixels.
+Picture enlarged(const Picture& picture, int across, int down);
+// The whole number >= 1 by which `length` pixels fill `size` best without passing it.
+int factor_to_fill(int length, int size);
 // Pictures of equal height, white columns of `gap` pixels between them.
 Picture side_by_side(const std::vector<Picture>& pictures, int gap);
 

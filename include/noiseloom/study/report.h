@@ -12,6 +12,7 @@ namespace noiseloom {
 struct ReportFigure {
   std::string html;     // an <img> or <svg>
   std::string caption;  // plain text
+  int width = 0;        // CSS pixels; 0: what is left of the row
 };
 
 struct ReportSection {
@@ -43,8 +44,8 @@ struct Report {
 
 std::string base64(std::span<const std::byte> bytes);
 
-// An <img> that holds the PNG, shown at `width` CSS pixels without smoothing.
-std::string embedded_png(std::span<const std::byte> png, const std::string& alternative_text, int width);
+// An <img> that holds the PNG, as wide as the figure it is in, without smoothing.
+std::string embedded_png(std::span<const std::byte> png, const std::string& alternative_text);
 
 std::string report_html(const Report& report);
 
