@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <exception>
 
 #include "dist/mpi_impl.h"
@@ -66,6 +67,9 @@ void check_mpi(int code, const char* what) {
 }
 
 MpiSession::MpiSession(int& argc, char**& argv) {
+  // Without a launcher Open MPI starts a daemon for spawning, which nothing here does: it takes half a second, and files and
+  // signals of its own.
+  if (std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr) setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
   int provided = 0;
   check_mpi(MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided), "MPI_Init_thread");
 }

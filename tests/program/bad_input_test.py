@@ -135,9 +135,9 @@ class BadInput(ProgramTest):
 
     def test_directory_that_cannot_be_written(self):
         config = self.write("good.toml", GOOD)
-        for folder in ("/proc", "/sys"):  # root may write anywhere else
-            done = self.run_program("generate", config, "-o", folder + "/run.h5", expect=1)
-            self.assertIn(folder, done.stderr)
+        # Root may write anywhere else.
+        done = self.run_program("generate", config, "-o", "/sys/run.h5", expect=1)
+        self.assertIn("/sys", done.stderr)
 
     def test_full_disk(self):
         config = self.write("good.toml", GOOD)
