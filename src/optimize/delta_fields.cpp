@@ -1,10 +1,5 @@
 #include "optimize/delta_fields.h"
 
-#include <algorithm>
-#include <cmath>
-
-#include "optimize/pair_weights.h"
-
 namespace noiseloom {
 namespace {
 
@@ -103,16 +98,6 @@ void DeltaFields::set_transposed(Cell cell) {
     base[x * transposed_stride_ + image_y] = value;
     base[image_x * transposed_stride_ + image_y] = value;
   }
-}
-
-float DeltaFields::pair_weight(Cell i, Cell j) const {
-  const std::int64_t yi = layout_.divider.y(i);
-  const std::int64_t yj = layout_.divider.y(j);
-  const std::int64_t dx = nearest_offset((j - yj * layout_.width) - (i - yi * layout_.width), layout_.width);
-  const std::int64_t dy = nearest_offset(yj - yi, layout_.height);
-  if (std::abs(dx) > layout_.reach_x || std::abs(dy) > layout_.reach_y) return 0;
-  return pair_weights_[static_cast<std::size_t>((dy + layout_.reach_y) * (2 * layout_.reach_x + 1) + dx +
-                                                layout_.reach_x)];
 }
 
 }  // namespace noiseloom

@@ -2,10 +2,10 @@
 // planes of samples with the blocks of taps that are centred in them.
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "noiseloom/optimize/swap_delta.h"
+#include "optimize/pair_weights.h"
 #include "optimize/tap_plan.h"
 
 namespace noiseloom {
@@ -16,11 +16,16 @@ class DeltaFields {
 
   // Where the centre of a footprint lies in the three kinds of plane.
   enum Kind { rows, columns, stacked, num_kinds };
-  using Position = std::array<std::int64_t, num_kinds>;
+  struct Position {
+    std::int64_t x;
+    std::int64_t y;
+    std::int64_t in[num_kinds];
+  };
   Position position(Cell cell) const {
     const std::int64_t y = layout_.divider.y(cell);
     const std::int64_t x = cell - y * layout_.width;
-    return {y * layout_.stride + x + origin_, x * transposed_stride_ + y + transposed_origin_, cell * stack_size_};
+    return {
+        x, y, {y * layout_.stride + x + origin_, x * transposed_stride_ + y + transposed_origin_, cell * stack_size_}};
   }
 
   struct Part {
@@ -32,7 +37,13 @@ class DeltaFields {
   const std::vector<Part>& parts() const { return parts_; }
   const SliceField& own() const { return own_; }
   // F between two cells of the slice.
-  float pair_weight(Cell i, Cell j) const;
+  float pair_weight(const Position& i, const Position& j) const {
+    const std::int64_t dx = nearest_offset(j.x - i.x, layout_.width);
+    const std::int64_t dy = nearest_offset(j.y - i.y, layout_.height);
+    if (dx > layout_.reach_x || -dx > layout_.reach_x || dy > layout_.reach_y || -dy > layout_.reach_y) return 0;
+    return pair_weights_[static_cast<std::size_t>((dy + layout_.reach_y) * (2 * layout_.reach_x + 1) + dx +
+                                                  layout_.reach_x)];
+  }
 
   void bind(SliceIndex slice, const SliceField& own, const FieldOf& others);
   void swap(Cell i, Cell j);

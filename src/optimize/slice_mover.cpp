@@ -60,30 +60,19 @@ VisitResult AnnealMover::visit(const Visit& visit, double temperature, const Par
                                const FieldOf& others) {
   load(permutation);
   delta_->bind(visit.slice, field, others);
-  const FieldLayout& layout = field.layout();
-  const auto touches = [&layout](CellPair a, CellPair b) {
-    return layout.within_reach(a.i, b.i) || layout.within_reach(a.i, b.j) || layout.within_reach(a.j, b.i) ||
-           layout.within_reach(a.j, b.j);
-  };
   VisitResult result;
   const std::uint64_t count = id_at_.size() / 2;
   Batch batch;
-  std::array<double, proposal_batch> changes;
   for (std::uint64_t first = 0; first < count; first += proposal_batch) {
     draw(visit, first, count, partners, batch);
-    // All at once, so that their loads overlap; then in order, judging anew what an accepted swap has touched.
-    delta_->deltas({batch.pairs.data(), batch.size}, changes.data());
     for (std::size_t k = 0; k < batch.size; ++k) {
       const CellPair pair = batch.pairs[k];
       if (pair.i == pair.j) continue;
       ++result.candidates;
       // NaN is never accepted.
-      if (!(changes[k] <= temperature * double{batch.proposals.threshold[k]})) continue;
+      if (!(delta_->delta(pair) <= temperature * double{batch.proposals.threshold[k]})) continue;
       carry_out(pair);
       result.swaps.push_back({pair.i, pair.j});
-      for (std::size_t later = k + 1; later < batch.size; ++later) {
-        if (touches(pair, batch.pairs[later])) changes[later] = delta_->delta(batch.pairs[later]);
-      }
     }
   }
   return result;

@@ -43,10 +43,7 @@ class DoubleDelta final : public SwapDelta {
     }
   }
 
-  void deltas(std::span<const CellPair> pairs, double* changes) const override {
-    for (std::size_t k = 0; k < pairs.size(); ++k) changes[k] = change(pairs[k].i, pairs[k].j);
-  }
-
+  double delta(CellPair pair) const override { return change(pair.i, pair.j); }
   void swap(CellPair pair) override { own_.swap(pair.i, pair.j); }
   const SliceField& field() const override { return own_; }
 

@@ -65,31 +65,28 @@ class FloatDelta final : public SwapDelta {
   void swap(CellPair pair) override { fields_.swap(pair.i, pair.j); }
   const SliceField& field() const override { return fields_.own(); }
 
-  void deltas(std::span<const CellPair> pairs, double* changes) const override {
-    for (std::size_t k = 0; k < pairs.size(); ++k) changes[k] = change(pairs[k].i, pairs[k].j);
-  }
-
- private:
-  HWY_INLINE double change(Cell i, Cell j) const {
-    const DeltaFields::Position at_i = fields_.position(i);
-    const DeltaFields::Position at_j = fields_.position(j);
+  double delta(CellPair pair) const override {
+    const DeltaFields::Position at_i = fields_.position(pair.i);
+    const DeltaFields::Position at_j = fields_.position(pair.j);
     float a[C];
     float b[C];
     for (int c = 0; c < C; ++c) {
-      a[c] = fields_.own().plane(c)[at_i[DeltaFields::rows]];
-      b[c] = fields_.own().plane(c)[at_j[DeltaFields::rows]];
+      a[c] = fields_.own().plane(c)[at_i.in[DeltaFields::rows]];
+      b[c] = fields_.own().plane(c)[at_j.in[DeltaFields::rows]];
     }
     const Judge<kind, value_kind, C> judge(unlike_, a, b);
     V sums[num_parts];
     for (V& sum : sums) sum = hn::Zero(Floats());
     for (const DeltaFields::Part& part : fields_.parts()) {
-      add(judge, *part.taps, part.samples + at_i[part.kind], part.samples + at_j[part.kind], part.plane_size, sums);
+      add(judge, *part.taps, part.samples + at_i.in[part.kind], part.samples + at_j.in[part.kind], part.plane_size,
+          sums);
     }
     float sum = judge.scaled(fold(sums));
-    if (const float weight = fields_.pair_weight(i, j); weight != 0) sum -= weight * pair_term(a, b);
+    if (const float weight = fields_.pair_weight(at_i, at_j); weight != 0) sum -= weight * pair_term(a, b);
     return 2 * static_cast<double>(sum);
   }
 
+ private:
   HWY_INLINE void add(const Judge<kind, value_kind, C>& judge, const TapBlocks& taps, const float* at_i,
                       const float* at_j, std::int64_t plane_size, V (&sums)[num_parts]) const {
     V i[C];

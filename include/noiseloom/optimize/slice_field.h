@@ -52,21 +52,12 @@ struct FieldLayout {
     const std::int64_t y = divider.y(cell);
     return (y + reach_y) * stride + cell - y * width + reach_x;
   }
-  // Whether F between two cells may differ from zero.
-  bool within_reach(Cell a, Cell b) const {
-    return ring_distance(divider.x(a) - divider.x(b), width) <= reach_x &&
-           ring_distance(divider.y(a) - divider.y(b), height) <= reach_y;
-  }
   // The other place within the border where a column or row is repeated, or itself where there is none. (The reach is
   // at most half the size, so there is at most one.)
   std::int64_t image_x(std::int64_t x) const { return image(x, width, reach_x); }
   std::int64_t image_y(std::int64_t y) const { return image(y, height, reach_y); }
 
  private:
-  static std::int64_t ring_distance(std::int64_t d, std::int64_t size) {
-    const std::int64_t magnitude = d < 0 ? -d : d;
-    return magnitude < size - magnitude ? magnitude : size - magnitude;
-  }
   static std::int64_t image(std::int64_t at, std::int64_t size, std::int64_t reach) {
     return at < reach ? at + size : at >= size - reach ? at - size : at;
   }

@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <span>
 
 #include "noiseloom/optimize/slice_field.h"
 #include "noiseloom/optimize/spec.h"
@@ -32,19 +31,12 @@ class SwapDelta {
   virtual ~SwapDelta() = default;
   // Copies the slice whose samples move and takes a view of the slices around it.
   virtual void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) = 0;
-  // dE of each pair alone, for swapping the samples of its cells i and j of the bound slice. Where i = j: any finite
-  // number.
-  virtual void deltas(std::span<const CellPair> pairs, double* changes) const = 0;
+  // dE for swapping the samples of two cells of the bound slice. Where i = j: any finite number.
+  virtual double delta(CellPair pair) const = 0;
   // Carries the swap out in the copy.
   virtual void swap(CellPair pair) = 0;
   // The bound slice as it is now.
   virtual const SliceField& field() const = 0;
-
-  double delta(CellPair pair) const {
-    double change;
-    deltas({&pair, 1}, &change);
-    return change;
-  }
 };
 
 // dual: double, from the definitions. single: float, vectorised; the same bits on every machine. Float resolves angles
