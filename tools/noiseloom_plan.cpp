@@ -39,12 +39,15 @@ double seconds_per_candidate(const RunConfig& config, const SampleSource& source
   delta->bind(0, field, [&field](SliceIndex) -> const SliceField& { return field; });
   const auto begun = std::chrono::steady_clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); };
-  const Cell cells = problem.extents.cells_per_slice();
-  std::int64_t candidates = 0;
+  const auto cells = static_cast<std::uint64_t>(problem.extents.cells_per_slice());
+  std::uint64_t candidates = 0;
   double sum = 0;
   while (cells > 1 && elapsed() < 0.3) {
-    for (int k = 0; k < 64; ++k, ++candidates)
-      sum += delta->delta(candidates * 7919 % cells, (candidates * 7919 + 1) % cells);
+    for (int k = 0; k < 64; ++k, ++candidates) {
+      const auto i = static_cast<std::uint32_t>(candidates * 7919 % cells);
+      const auto j = static_cast<std::uint32_t>((candidates * 7919 + 1) % cells);
+      sum += delta->delta({i, j});
+    }
   }
   return candidates > 0 && sum == sum ? elapsed() / static_cast<double>(candidates) : 0;
 }
