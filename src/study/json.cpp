@@ -88,7 +88,8 @@ class Scanner {
       if (depth == 0 && (c == ',' || c == '}')) break;
       depth += c == '[' ? 1 : c == ']' ? -1 : 0;
     }
-    return text_.substr(begin, at_ - begin);
+    const std::size_t end = text_.find_last_not_of(" \n\t\r", at_ - 1) + 1;
+    return text_.substr(begin, end - begin);
   }
 
   const std::string& text_;

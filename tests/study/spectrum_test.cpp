@@ -1,0 +1,166 @@
+// Power spectra against a plain double sum and against signals whose spectra are known.
+#include "noiseloom/study/spectrum.h"
+
+#include <gtest/gtest.h>
+
+#include <complex>
+#include <numbers>
+
+#include "noiseloom/study/filtered.h"
+#include "study/study_support.h"
+
+namespace noiseloom {
+namespace {
+
+constexpr double turn = 2 * std::numbers::pi;
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double v : values) sum += v;
+  return sum / static_cast<double>(values.size());
+}
+
+// P(kx, ky) of the planes over axes 0 and `axis`, straight from the definition.
+double power_by_sums(const Texture& texture, int axis, int kx, int ky) {
+  const Extents& e = texture.extents;
+  const std::int64_t total = e.num_cells();
+  const auto value = [&](int c, std::int64_t flat) {
+    return static_cast<double>(texture.slice(
+        static_cast<SliceIndex>(flat / e.cells_per_slice()))[c * e.cells_per_slice() + flat % e.cells_per_slice()]);
+  };
+  std::int64_t stride = 1;
+  for (int a = 0; a < axis; ++a) stride *= e.size(a);
+  double power = 0;
+  double variance = 0;
+  int planes = 0;
+  for (int c = 0; c < texture.channels; ++c) {
+    double mean = 0;
+    for (std::int64_t i = 0; i < total; ++i) mean += value(c, i) / static_cast<double>(total);
+    for (std::int64_t i = 0; i < total; ++i) variance += std::pow(value(c, i) - mean, 2) / static_cast<double>(total);
+    planes = 0;
+    for (std::int64_t origin = 0; origin < total; ++origin) {
+      if (origin % e.width() != 0 || origin / stride % e.size(axis) != 0) continue;
+      ++planes;
+      std::complex<double> sum = 0;
+      for (std::int64_t y = 0; y < e.size(axis); ++y)
+        for (std::int64_t x = 0; x < e.width(); ++x) {
+          const double phase = turn * (static_cast<double>(kx * x) / static_cast<double>(e.width()) +
+                                       static_cast<double>(ky * y) / static_cast<double>(e.size(axis)));
+          sum += (value(c, origin + x + y * stride) - mean) * std::polar(1.0, -phase);
+        }
+      power += std::norm(sum);
+    }
+  }
+  return power / (planes * static_cast<double>(e.width() * e.size(axis)) * variance);
+}
+
+TEST(PlaneSpectrum, IsTheDiscreteFourierTransform) {
+  const Texture texture = start_texture(small_config("vector3", "x = 7, y = 5, t = 3, z = 2"));
+  for (const int axis : {1, 2, 3}) {
+    const PlaneSpectrum spectrum = plane_spectrum(texture, DistanceKind::euclidean, 0, axis);
+    ASSERT_EQ(spectrum.width, 7);
+    ASSERT_EQ(spectrum.height, texture.extents.size(axis));
+    for (int y = 0; y < spectrum.height; ++y)
+      for (int x = 0; x < spectrum.width; ++x) {
+        const int kx = x - spectrum.width / 2;
+        const int ky = y - spectrum.height / 2;
+        const double expected = kx == 0 && ky == 0 ? 0 : power_by_sums(texture, axis, kx, ky);
+        EXPECT_NEAR(spectrum.at(x, y), expected, 1e-12) << "axis " << axis << " frequency " << kx << ", " << ky;
+      }
+  }
+}
+
+TEST(PlaneSpectrum, HasMeanOneByParseval) {
+  // Each slice of stratified samples has nearly the mean of all, so little is at frequency zero.
+  const Texture texture = start_texture(small_config("uniform", "x = 31, y = 29, t = 2"));
+  EXPECT_NEAR(mean_of(plane_spectrum(texture, DistanceKind::absolute, 0, 1).power), 1, 1e-5);
+}
+
+TEST(PlaneSpectrum, ShowsAWaveAsTwoPoints) {
+  Texture texture = make_texture(Extents({12, 10}), 1);
+  for (int y = 0; y < 10; ++y)
+    for (int x = 0; x < 12; ++x)
+      texture.values[static_cast<std::size_t>(12 * y + x)] =
+          static_cast<float>(std::cos(turn * (2 * x / 12.0 - 3 * y / 10.0)));
+  const PlaneSpectrum spectrum = plane_spectrum(texture, DistanceKind::absolute, 0, 1);
+  EXPECT_NEAR(spectrum.at(6 + 2, 5 - 3), 60, 1e-4);
+  EXPECT_NEAR(spectrum.at(6 - 2, 5 + 3), 60, 1e-4);
+  EXPECT_NEAR(mean_of(spectrum.power), 1, 1e-9);
+}
+
+TEST(PlaneSpectrum, DoesNotSeeWhereACircleIsCut) {
+  Texture texture = start_texture(small_config("circle", "x = 11, y = 7"));
+  const PlaneSpectrum before = plane_spectrum(texture, DistanceKind::circle, 0, 1);
+  for (float& v : texture.values) v = v + 0.375F < 1 ? v + 0.375F : v - 0.625F;
+  const PlaneSpectrum after = plane_spectrum(texture, DistanceKind::circle, 0, 1);
+  for (std::size_t i = 0; i < before.power.size(); ++i) EXPECT_NEAR(after.power[i], before.power[i], 1e-5);
+}
+
+TEST(PlaneSpectrum, OfAConstantTextureIsZero) {
+  Texture texture = make_texture(Extents({5, 3}), 1);
+  for (float& v : texture.values) v = 0.5F;
+  for (const double p : plane_spectrum(texture, DistanceKind::absolute, 0, 1).power) EXPECT_EQ(p, 0);
+}
+
+TEST(RadialAverage, KeepsAFunctionOfTheRadius) {
+  PlaneSpectrum spectrum{40, 30, std::vector<double>(1200)};
+  for (int y = 0; y < 30; ++y)
+    for (int x = 0; x < 40; ++x)
+      spectrum.power[static_cast<std::size_t>(40 * y + x)] = std::hypot((x - 20) / 40.0, (y - 15) / 30.0);
+  int count = 0;
+  for (const SpectrumBin& bin : radial_average(spectrum)) {
+    EXPECT_NEAR(bin.power, bin.frequency, 1e-12);
+    EXPECT_LE(bin.frequency, 0.5 + 0.5 / 40);
+    count += bin.count;
+  }
+  EXPECT_GT(count, 1200 * 3 / 4 * 0.9);  // about pi/4 of all frequencies are nearer than 1/2
+}
+
+TEST(RowAverage, IsTheMeanOverColumns) {
+  PlaneSpectrum spectrum{5, 6, std::vector<double>(30)};
+  for (std::size_t i = 0; i < 30; ++i) spectrum.power[i] = static_cast<double>(i / 5 * i / 5);
+  const std::vector<SpectrumBin> bins = row_average(spectrum);
+  ASSERT_EQ(bins.size(), 4U);
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_NEAR(bins[k].frequency, static_cast<double>(k) / 6, 1e-15);
+    EXPECT_EQ(bins[k].count, k == 0 ? 4 : 5);
+  }
+}
+
+TEST(FilterResponse, IsTheSquareOfTheFiltersGain) {
+  const RunConfig config = small_config("uniform", "x = 16, y = 15");
+  const PlaneSpectrum response = filter_response(Footprint(config.problem.extents, config.problem.filter));
+  for (int y = 0; y < 15; ++y)
+    for (int x = 0; x < 16; ++x) {  // box 3: (1 + 2 cos)/3 along each axis
+      const double gx = (1 + 2 * std::cos(turn * (x - 8) / 16)) / 3;
+      const double gy = (1 + 2 * std::cos(turn * (y - 7) / 15)) / 3;
+      EXPECT_NEAR(response.at(x, y), gx * gx * gy * gy, 1e-12);
+    }
+}
+
+TEST(FilteredError, IsThatOfAPlainBoxFilter) {
+  const RunConfig config = small_config("uniform", "x = 16, y = 16");
+  const Texture texture = start_texture(config);
+  const FilteredError error = filtered_error(texture, 0, Footprint(config.problem.extents, config.problem.filter));
+  std::vector<double> step;
+  for (const float v : texture.values) step.push_back(v < 0.5F ? 1 : 0);  // stratified: the median lies at 1/2
+  const auto filtered_square = [](const std::vector<double>& values) {
+    double sum = 0;
+    for (int y = 0; y < 16; ++y)
+      for (int x = 0; x < 16; ++x) {
+        double mean = 0;
+        for (int dy = -1; dy <= 1; ++dy)
+          for (int dx = -1; dx <= 1; ++dx)
+            mean += values[static_cast<std::size_t>((y + dy + 16) % 16 * 16 + (x + dx + 16) % 16)] / 9;
+        sum += (mean - 0.5) * (mean - 0.5);
+      }
+    return sum;
+  };
+  const std::vector<std::uint32_t> order = start_permutation(1, 0, 256);
+  std::vector<double> shuffled;
+  for (const std::uint32_t i : order) shuffled.push_back(step[i]);
+  EXPECT_NEAR(error.ratio, filtered_square(step) / filtered_square(shuffled), 1e-9);
+}
+
+}  // namespace
+}  // namespace noiseloom
