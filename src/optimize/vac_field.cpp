@@ -115,6 +115,15 @@ class Points {
 
   std::int64_t at(std::size_t axis) const { return at_[axis]; }
 
+  // Fetches the lines that rows at coordinate `c` of the group's second axis write to.
+  void prefetch_row(std::int64_t c) const {
+    const auto a = static_cast<std::size_t>(group_.others[0]);
+    const std::int64_t slice = own_slice_ - at0_ * slice_step_ + (c - at_[a]) * layout_.slice_step[a];
+    if (!whole_) return;
+    const std::uint32_t* words = cell_ + slice * layout_.slice_words;
+    for (std::int64_t left = size0_; left > 0; --left, words += word_step_) __builtin_prefetch(words, 1);
+  }
+
   // Calls visit(word, weight) for the taps of one row.
   template <class Visit>
   void row(const VacRow& row, const Visit& visit) const {
@@ -194,9 +203,11 @@ template <bool On>
 void add_points(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data,
                 std::vector<std::uint64_t>& positions) {
   const auto add = [](std::uint32_t& word, std::uint32_t weight) { word = On ? word + weight : word - weight; };
-  const auto line = [&](std::uint64_t p) { return p % static_cast<std::uint64_t>(layout.cells) / line_words; };
-  std::stable_sort(positions.begin(), positions.end(),
-                   [&](std::uint64_t a, std::uint64_t b) { return line(a) < line(b); });
+  const auto cells = static_cast<std::uint64_t>(layout.cells);
+  const auto slices = static_cast<std::uint64_t>(layout.num_slices);
+  for (std::uint64_t& p : positions) p = p % cells * slices + p / cells;
+  std::sort(positions.begin(), positions.end());
+  for (std::uint64_t& p : positions) p = p % slices * cells + p / slices;
   if (group.others.size() != 1) {
     for (const std::uint64_t position : positions) {
       const Points points(layout, group, data, position);
@@ -209,11 +220,13 @@ void add_points(const VacLayout& layout, const VacGroupKernel& group, std::uint3
   std::vector<Points> together;
   for (std::size_t i = 0; i < positions.size();) {
     together.clear();
-    const auto here = line(positions[i]);
-    for (; i < positions.size() && line(positions[i]) == here; ++i) {
+    const std::uint64_t line = positions[i] % cells / 16;
+    for (; i < positions.size() && positions[i] % cells / 16 == line; ++i) {
       together.emplace_back(layout, group, data, positions[i]);
     }
+    const bool fetch = together.size() >= 4;  // then nearly every line of a row will be met
     for (std::int64_t to = 0; to < rows.size(); ++to) {
+      if (fetch && to + 1 < rows.size()) together[0].prefetch_row(to + 1);
       for (const Points& points : together) {
         if (const VacRow* row = rows.row_to(to - points.at(axis))) points.row(*row, add);
       }

@@ -88,7 +88,7 @@ struct VoidAndCluster::Impl {
     enter_phase();
   }
 
-  // The pixels that are on in the present phase, ascending.
+  // Ascending.
   template <class IsOn>
   std::vector<std::uint64_t> positions_where(const IsOn& is_on) const {
     std::vector<std::uint64_t> positions;
@@ -128,7 +128,7 @@ struct VoidAndCluster::Impl {
   std::int64_t pick(std::int64_t max_picks) {
     const bool filling = state.phase == VacPhase::fill;
     const VacView view = filling ? VacView::voids : VacView::clusters;
-    const std::uint64_t limit = vac_find_candidates(field, view, hash, open_fraction, max_candidates(), candidates);
+    const std::uint64_t limit = vac_find_candidates(field, view, hash, open_fraction(), max_candidates(), candidates);
     selector.select(view, candidates, limit, static_cast<std::size_t>(max_picks), picks);
     for (const std::uint32_t i : picks) {
       const auto rank = filling ? state.num_ranked : state.num_start_points - 1 - state.num_ranked;
@@ -174,7 +174,13 @@ struct VoidAndCluster::Impl {
 
   std::size_t max_candidates() const { return std::max<std::size_t>(4096, field.bounds().size()); }
 
-  static constexpr double open_fraction = 0.1;
+  // The share of the leaves that a batch may open: more picks a batch, but more candidates that are raised and not
+  // picked. Planes along slice axes want large batches, whose picks share the lines that they write to.
+  double open_fraction() const {
+    const bool has_far_plane = std::any_of(kernel.groups().begin(), kernel.groups().end(),
+                                           [](const auto& group) { return group.axis0 != 0 && !group.others.empty(); });
+    return has_far_plane ? 0.3 : 0.1;
+  }
 
   VacSpec spec;
   VacKernel kernel;
