@@ -1,0 +1,97 @@
+// The report: complete, self-contained and written whole.
+#include "noiseloom/study/analyze.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "noiseloom/study/plot.h"
+#include "noiseloom/study/report.h"
+#include "study/study_support.h"
+
+namespace noiseloom {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::UnorderedElementsAre;
+
+void analyze(const TextureFile& file, const std::string& folder) {
+  ThreadPool pool(2);
+  OutputFiles output(posix_file_ops(), false);
+  analyze_texture("folder/some & other.h5", file, folder, output, pool);
+  output.commit();
+}
+
+TEST(Analyze, WritesPicturesTablesAndAPageThatNeedsNothingElse) {
+  const TemporaryFolder folder;
+  TextureFile file;
+  file.config = small_config("hemisphere-cosine");
+  file.texture = start_texture(*file.config);
+  file.source = "run file";
+  file.history = {{"sweep", {0, 1, 2}}, {"relative_error", {1, 0.5, 0.25}}, {"seconds", {0, 1.5, 2}}};
+  analyze(file, folder.path());
+  EXPECT_THAT(folder.names(),
+              UnorderedElementsAre("report.html", "preview.png", "slices.png", "estimates.png", "error.png",
+                                   "error_white_noise.png", "spectrum_xy.png", "spectrum_xy.csv", "spectrum_xy.svg",
+                                   "spectrum_xt.png", "spectrum_t.csv", "convergence.csv"));
+  const std::string page = read_bytes(folder / "report.html");
+  EXPECT_THAT(page, AllOf(HasSubstr("some &amp; other.h5"), HasSubstr("data:image/png;base64,"), HasSubstr("<svg"),
+                          HasSubstr("box 3 over xy"), HasSubstr("Convergence")));
+  EXPECT_THAT(page, AllOf(Not(HasSubstr("src='http")), Not(HasSubstr("href=")), Not(HasSubstr("<script"))));
+  EXPECT_EQ(read_bytes(folder / "convergence.csv"), "sweep,relative_error,seconds\n0,1,0\n1,0.5,1.5\n2,0.25,2\n");
+  EXPECT_THAT(read_bytes(folder / "spectrum_xy.csv"), testing::StartsWith("frequency_cycles_per_pixel,power,count\n"));
+}
+
+TEST(Analyze, NeedsNoConfigForPicturesAndSpectra) {
+  const TemporaryFolder folder;
+  TextureFile file;
+  file.texture = start_texture(small_config("vector2", "x = 11, y = 7"));
+  file.source = "one image, 8 bit";
+  analyze(file, folder.path());
+  EXPECT_THAT(folder.names(), UnorderedElementsAre("report.html", "preview.png", "spectrum_xy.png", "spectrum_xy.csv",
+                                                   "spectrum_xy.svg"));
+}
+
+TEST(Analyze, LeavesAnExistingReportAlone) {
+  const TemporaryFolder folder;
+  TextureFile file;
+  file.texture = start_texture(small_config("uniform", "x = 11, y = 7"));
+  write_bytes(folder / "report.html", "mine");
+  EXPECT_THAT(user_error_of([&] { analyze(file, folder.path()); }), HasSubstr("exists"));
+  EXPECT_THAT(folder.names(), ElementsAre("report.html"));
+  EXPECT_EQ(read_bytes(folder / "report.html"), "mine");
+}
+
+TEST(Base64, MatchesTheStandardsExamples) {  // RFC 4648, section 10
+  const std::vector<std::pair<std::string, std::string>> examples = {
+      {"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foob", "Zm9vYg=="}, {"foobar", "Zm9vYmFy"}};
+  for (const auto& [plain, encoded] : examples)
+    EXPECT_EQ(base64(std::as_bytes(std::span(plain.data(), plain.size()))), encoded);
+  const unsigned char high[] = {0xff, 0xfe, 0xfd};
+  EXPECT_EQ(base64(std::as_bytes(std::span(high))), "//79");
+}
+
+TEST(Plot, PlacesTicksAtRoundNumbersInside) {
+  EXPECT_THAT(linear_ticks(0, 1, 5),
+              ElementsAre(0, 0.2, testing::DoubleEq(0.4), testing::DoubleNear(0.6, 1e-12), testing::DoubleEq(0.8), 1));
+  EXPECT_THAT(linear_ticks(3, 47, 5), ElementsAre(10, 20, 30, 40));
+  for (const double scale : {1e-6, 1.0, 3e7})
+    for (const double tick : linear_ticks(-0.7 * scale, 1.3 * scale, 6)) {
+      EXPECT_GE(tick, -0.7 * scale * (1 + 1e-9));
+      EXPECT_LE(tick, 1.3 * scale * (1 + 1e-9));
+    }
+}
+
+TEST(Plot, SurvivesLinesWithNothingToShow) {
+  Plot plot{"title", "x", "y", true, {PlotLine{"all <= 0", {0, 1}, {0, -1}}, PlotLine{"one", {2}, {3}}, PlotLine{}}};
+  EXPECT_THAT(plot_svg(plot), AllOf(HasSubstr("all &lt;= 0"), Not(HasSubstr("nan")), Not(HasSubstr("inf"))));
+  plot.lines.clear();
+  plot.log_y = false;
+  EXPECT_THAT(plot_svg(plot), Not(HasSubstr("nan")));
+}
+
+}  // namespace
+}  // namespace noiseloom
