@@ -197,28 +197,5 @@ TEST(Engine, RelativeErrorFallsInEverySweepOfAGreedyRun) {
   }
 }
 
-// Without colour classes all slices chase the same background (the paper's step with gamma = 1 is such a run); with
-// them the run converges from the same start.
-TEST(Engine, ColourClassesKeepCoupledSlicesFromDiverging) {
-  const Communicator world = Communicator::world();
-  Case job = cases()[0];
-  job.problem.extents = Extents({24, 24, 24});
-  job.problem.filter.groups[1].kernel.alpha = 0.02;
-  job.problem.filter.groups[1].kernel.rejection = 0.02;
-  job.optimizer.stop.iterations = 12;
-  const auto last_score = [&](Method method) {
-    job.optimizer.method = method;
-    job.optimizer.fraction = 1;
-    ThreadPool pool(2);
-    const SampleSource source = source_of(job.problem);
-    Engine engine(job.problem, job.optimizer, source, world, pool);
-    engine.start();
-    while (!engine.finished()) engine.step(0);
-    return engine.history().back().relative_error;
-  };
-  EXPECT_GT(last_score(Method::fast), 1.5);
-  EXPECT_LT(last_score(Method::anneal), 0.6);
-}
-
 }  // namespace
 }  // namespace noiseloom

@@ -15,7 +15,7 @@ samples = "tent"
 combine = "product"
 groups  = [ { axes = "xy", kernel = "box", size = 3 }, { axes = "t", kernel = "box", size = 3 } ]
 [optimizer]
-stop = { iterations = 60 }
+stop = { iterations = 600 }
 """
 
 
@@ -49,10 +49,10 @@ class Kill(ProgramTest):
             killed += 1
             self.resume(output)
             # The first checkpoints one operation at a time, then in strides.
-            at += 1 if at < 70 else 13
-            if at > 400:
+            at += 1 if at < 64 else 11
+            if at > 200:
                 break
-        self.assertGreater(killed, 30)
+        self.assertGreater(killed, 40)
 
     def under_way(self, ranks):
         command = self.command("generate", self.config, "-o", "out.h5", "--resume", "--checkpoint-every", "0.05s", "--progress",
