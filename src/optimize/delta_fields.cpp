@@ -14,7 +14,7 @@ bool same_pixel_only(const SliceTaps& slice) {
 
 }  // namespace
 
-DeltaFields::DeltaFields(const Footprint& footprint, int channels)
+DeltaFields::DeltaFields(const Footprint& footprint, int channels, bool with_others)
     : footprint_(footprint),
       layout_(footprint, channels),
       origin_(layout_.at(0)),
@@ -26,7 +26,7 @@ DeltaFields::DeltaFields(const Footprint& footprint, int channels)
     transposed_size_ = transposed_stride_ * (layout_.width + 2 * layout_.reach_x) + FieldLayout::slack;
     transposed_.resize(static_cast<std::size_t>(transposed_size_ * channels));
   }
-  plan_others();
+  if (with_others) plan_others();
 }
 
 void DeltaFields::plan_others() {

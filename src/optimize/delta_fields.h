@@ -12,7 +12,8 @@ namespace noiseloom {
 
 class DeltaFields {
  public:
-  DeltaFields(const Footprint& footprint, int channels);
+  // Without the others, only the moving slice itself counts.
+  DeltaFields(const Footprint& footprint, int channels, bool with_others);
 
   // Where the centre of a footprint lies in the three kinds of plane.
   enum Kind { rows, columns, stacked, num_kinds };

@@ -156,8 +156,10 @@ std::unique_ptr<SwapDelta> make_double_delta(const Footprint& footprint, const V
 
 }  // namespace
 
-std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision) {
-  return precision == Precision::single ? make_float_delta(footprint, kernel) : make_double_delta(footprint, kernel);
+std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision,
+                                           const FeatureMap* between_slices) {
+  if (precision == Precision::single) return make_float_delta(footprint, kernel, between_slices);
+  return make_double_delta(footprint, kernel);
 }
 
 }  // namespace noiseloom

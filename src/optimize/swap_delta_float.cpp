@@ -1,6 +1,9 @@
 // The swap delta in float, vectorised for each instruction set; which one runs is found at run time.
 #include "optimize/swap_delta_float.h"
 
+#include <optional>
+
+#include "optimize/background.h"
 #include "optimize/delta_fields.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -28,7 +31,9 @@ class Judge {
     const V i = hn::Sub(unlike_(a_, at_i), unlike_(b_, at_i));
     return hn::Sub(i, hn::Sub(unlike_(a_, at_j), unlike_(b_, at_j)));
   }
+  // What a sum of terms stands for, and the value that stands for 1.
   HWY_INLINE float scaled(float sum) const { return sum; }
+  HWY_INLINE float unit() const { return 1; }
 
  private:
   const Unlikeness<kind, value_kind, C>& unlike_;
@@ -47,6 +52,7 @@ class Judge<DistanceKind::absolute, ValueKernelKind::distance, 1> {
     return hn::Sub(hn::Min(hn::Max(at_i[0], low_), high_), hn::Min(hn::Max(at_j[0], low_), high_));
   }
   HWY_INLINE float scaled(float sum) const { return scale_ * sum; }
+  HWY_INLINE float unit() const { return 1 / scale_; }
 
  private:
   V low_;
@@ -57,12 +63,19 @@ class Judge<DistanceKind::absolute, ValueKernelKind::distance, 1> {
 template <DistanceKind kind, ValueKernelKind value_kind, int C>
 class FloatDelta final : public SwapDelta {
  public:
-  FloatDelta(const Footprint& footprint, const ValueKernel& kernel) : fields_(footprint, C), unlike_(kernel) {}
+  FloatDelta(const Footprint& footprint, const ValueKernel& kernel, const FeatureMap* between_slices)
+      : fields_(footprint, C, between_slices == nullptr), unlike_(kernel) {
+    if (between_slices != nullptr) background_.emplace(footprint, *between_slices);
+  }
 
   void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) override {
     fields_.bind(slice, own, others);
+    if (background_) background_->bind(slice, own, others);
   }
-  void swap(CellPair pair) override { fields_.swap(pair.i, pair.j); }
+  void swap(CellPair pair) override {
+    fields_.swap(pair.i, pair.j);
+    if (background_) background_->swap(pair);
+  }
   const SliceField& field() const override { return fields_.own(); }
 
   double delta(CellPair pair) const override {
@@ -81,6 +94,7 @@ class FloatDelta final : public SwapDelta {
       add(judge, *part.taps, part.samples + at_i.in[part.kind], part.samples + at_j.in[part.kind], part.plane_size,
           sums);
     }
+    if (background_) add_background(pair, judge.unit(), sums);
     float sum = judge.scaled(fold(sums));
     if (const float weight = fields_.pair_weight(at_i, at_j); weight != 0) sum -= weight * pair_term(a, b);
     return 2 * static_cast<double>(sum);
@@ -116,6 +130,19 @@ class FloatDelta final : public SwapDelta {
     }
   }
 
+  HWY_INLINE void add_background(CellPair pair, float unit, V (&sums)[num_parts]) const {
+    const auto lanes = static_cast<std::size_t>(background_->num_lanes());
+    const float* i = background_->at(pair.i);
+    const float* j = background_->at(pair.j);
+    for (std::size_t n = 0; n < lanes; n += block_lanes) {
+      for (std::size_t p = 0; p < num_parts; ++p) {
+        const V features = hn::Sub(load_full(j + n, p), load_full(i + n, p));
+        const V pulls = hn::Sub(load_full(i + lanes + n, p), load_full(j + lanes + n, p));
+        sums[p] = hn::Add(sums[p], hn::Mul(set(unit), hn::Mul(features, pulls)));
+      }
+    }
+  }
+
   // What the sums hold of i and j themselves: K(a, a) + K(b, b) - 2 K(a, b).
   HWY_NOINLINE float pair_term(const float (&a)[C], const float (&b)[C]) const {
     V va[C];
@@ -129,37 +156,39 @@ class FloatDelta final : public SwapDelta {
   }
 
   DeltaFields fields_;
+  std::optional<Background> background_;
   Unlikeness<kind, value_kind, C> unlike_;
 };
 
 template <DistanceKind kind, int C>
-std::unique_ptr<SwapDelta> with_value_kind(const Footprint& footprint, const ValueKernel& kernel) {
+std::unique_ptr<SwapDelta> with_value_kind(const Footprint& footprint, const ValueKernel& kernel,
+                                           const FeatureMap* map) {
   if (kernel.kind == ValueKernelKind::distance) {
-    return std::make_unique<FloatDelta<kind, ValueKernelKind::distance, C>>(footprint, kernel);
+    return std::make_unique<FloatDelta<kind, ValueKernelKind::distance, C>>(footprint, kernel, map);
   }
-  return std::make_unique<FloatDelta<kind, ValueKernelKind::stbn, C>>(footprint, kernel);
+  return std::make_unique<FloatDelta<kind, ValueKernelKind::stbn, C>>(footprint, kernel, map);
 }
 
 template <DistanceKind kind, int C, int last>
-std::unique_ptr<SwapDelta> with_channels(const Footprint& footprint, const ValueKernel& kernel) {
-  if (kernel.channels == C) return with_value_kind<kind, C>(footprint, kernel);
-  if constexpr (C < last) return with_channels<kind, C + 1, last>(footprint, kernel);
+std::unique_ptr<SwapDelta> with_channels(const Footprint& footprint, const ValueKernel& kernel, const FeatureMap* map) {
+  if (kernel.channels == C) return with_value_kind<kind, C>(footprint, kernel, map);
+  if constexpr (C < last) return with_channels<kind, C + 1, last>(footprint, kernel, map);
   NOISELOOM_CHECK_LE(kernel.channels, last);
   return nullptr;
 }
 
-std::unique_ptr<SwapDelta> make(const Footprint& footprint, const ValueKernel& kernel) {
+std::unique_ptr<SwapDelta> make(const Footprint& footprint, const ValueKernel& kernel, const FeatureMap* map) {
   switch (kernel.distance) {
     case DistanceKind::absolute:
-      return with_value_kind<DistanceKind::absolute, 1>(footprint, kernel);
+      return with_value_kind<DistanceKind::absolute, 1>(footprint, kernel, map);
     case DistanceKind::circle:
-      return with_value_kind<DistanceKind::circle, 1>(footprint, kernel);
+      return with_value_kind<DistanceKind::circle, 1>(footprint, kernel, map);
     case DistanceKind::angle:
-      return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel);
+      return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel, map);
     case DistanceKind::euclidean:
       break;
   }
-  return with_channels<DistanceKind::euclidean, 1, 8>(footprint, kernel);
+  return with_channels<DistanceKind::euclidean, 1, 8>(footprint, kernel, map);
 }
 
 }  // namespace noiseloom::HWY_NAMESPACE
@@ -170,8 +199,9 @@ namespace noiseloom {
 
 HWY_EXPORT(make);
 
-std::unique_ptr<SwapDelta> make_float_delta(const Footprint& footprint, const ValueKernel& kernel) {
-  return HWY_DYNAMIC_DISPATCH(make)(footprint, kernel);
+std::unique_ptr<SwapDelta> make_float_delta(const Footprint& footprint, const ValueKernel& kernel,
+                                            const FeatureMap* between_slices) {
+  return HWY_DYNAMIC_DISPATCH(make)(footprint, kernel, between_slices);
 }
 
 }  // namespace noiseloom

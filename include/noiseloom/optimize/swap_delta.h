@@ -10,6 +10,7 @@
 #include <functional>
 #include <memory>
 
+#include "noiseloom/optimize/feature_map.h"
 #include "noiseloom/optimize/slice_field.h"
 #include "noiseloom/optimize/spec.h"
 #include "noiseloom/problem/footprint.h"
@@ -40,8 +41,11 @@ class SwapDelta {
 };
 
 // dual: double, from the definitions. single: float, vectorised; the same bits on every machine. Float resolves angles
-// between directions to 4e-7, but to 4e-4 only where they nearly agree or oppose. The footprint must outlive the
-// object.
-std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision);
+// between directions to 4e-7, but to 4e-4 only where they nearly agree or oppose.
+//
+// between_slices: where given, slices other than the moving one act through these features (single only; requires
+// footprint.factors()); otherwise through all their taps. Footprint and map must outlive the object.
+std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision,
+                                           const FeatureMap* between_slices = nullptr);
 
 }  // namespace noiseloom

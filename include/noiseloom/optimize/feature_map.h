@@ -1,0 +1,59 @@
+// The value kernel between slices, at low rank: K(a, b) = f(a)^T A f(b) + terms of one sample, which no swap changes.
+//
+// f are functions that are cheap to evaluate: products of cosines cos(k pi x) over the bounding box of the samples
+// (scalars, vectors), cos and sin(2 pi k x) (circle), monomials (directions); of the kernel -d, odd ones where even
+// ones vanish. A is the least-squares fit over all pairs of a subset of the samples, so that any distribution is
+// served. For uniform scalars it is known in closed form: -|a - b| = sum_n 4 cos(n pi a) cos(n pi b) / (n pi)^2 + ...,
+// of which the tail after N terms holds 6 / (pi^2 N) of the variance.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "noiseloom/problem/value_kernel.h"
+
+namespace noiseloom {
+
+class FeatureMap {
+ public:
+  // `rank` features at most (fewer where the space has fewer). list: samples, interleaved; at least one. Pure, in
+  // double.
+  FeatureMap(const ValueKernel& kernel, int rank, std::span<const float> list);
+
+  // A feature is a product of at most max_factors entries of the tables of its sample.
+  static constexpr int max_factors = 8;
+  enum class Basis { cosines, circle, powers };
+
+  Basis basis() const { return basis_; }
+  int channels() const { return channels_; }
+  int num_tables() const { return num_tables_; }
+  // Entries of one table: degrees 0 (which is 1) to max_degree.
+  int max_degree() const { return max_degree_; }
+  int num_features() const { return static_cast<int>(degrees_.size()) / num_tables_; }
+  // The degree of feature n in table t.
+  int degree(int n, int t) const { return degrees_[static_cast<std::size_t>(n * num_tables_ + t)]; }
+  // cosines: table c at x is cos(k pi (x - low[c]) inverse_width[c]), clamped to the box.
+  float low(int c) const { return low_[static_cast<std::size_t>(c)]; }
+  float inverse_width(int c) const { return inverse_width_[static_cast<std::size_t>(c)]; }
+  // A, symmetric: [m * num_features + n].
+  const std::vector<double>& mixing() const { return mixing_; }
+
+  // f(sample), in double.
+  std::vector<double> features(const float* sample) const;
+
+ private:
+  void choose_features(const ValueKernel& kernel, int rank);
+  void fit(const ValueKernel& kernel, std::span<const float> list);
+
+  Basis basis_;
+  int channels_;
+  int num_tables_;
+  int max_degree_ = 0;
+  std::vector<int> degrees_;
+  std::vector<float> low_;
+  std::vector<float> inverse_width_;
+  std::vector<double> mixing_;
+};
+
+}  // namespace noiseloom
