@@ -1,5 +1,5 @@
-// All slices that move at once against a frozen copy of the others chase the same background: the error grows past that
-// of the start. Colour classes prevent it (DESIGN, section 4.4).
+// All slices that move at once against a frozen copy of the others chase the same background, and the run does not
+// converge. Colour classes prevent it (DESIGN, section 4.4).
 #include <gtest/gtest.h>
 
 #include <map>
@@ -15,7 +15,7 @@ namespace {
 
 using Classes = std::vector<std::vector<SliceIndex>>;
 
-// A scalar texture whose slices are strongly coupled: a slow moving average over 24 frames.
+// A scalar texture whose slices are strongly coupled: a running mean over 12 of 24 frames.
 class CoupledTexture {
  public:
   CoupledTexture()
@@ -60,9 +60,7 @@ class CoupledTexture {
     filter.groups.resize(2);
     filter.groups[0].axes = {0, 1};
     filter.groups[1].axes = {2};
-    filter.groups[1].kernel.kind = KernelKind::ema;
-    filter.groups[1].kernel.alpha = 0.02;
-    filter.groups[1].kernel.rejection = 0.02;
+    filter.groups[1].kernel.size = 12;
     return filter;
   }
 
@@ -92,7 +90,7 @@ class CoupledTexture {
   std::vector<std::vector<std::uint32_t>> permutations_;
 };
 
-TEST(Hazard, AllSlicesAtOnceDivergeAndColourClassesConverge) {
+TEST(Hazard, ColourClassesConvergeWhereAllSlicesAtOnceDoNot) {
   CoupledTexture texture;
   const double start = texture.anneal({}, 0);
   Classes together(1, std::vector<SliceIndex>(24));
@@ -103,9 +101,9 @@ TEST(Hazard, AllSlicesAtOnceDivergeAndColourClassesConverge) {
   const double one_by_one = texture.anneal(apart, 12);
   const double classes = texture.anneal(colour_classes(texture.footprint()), 12);
   const double at_once = texture.anneal(together, 12);
-  EXPECT_LT(one_by_one, 0.3 * start);
-  EXPECT_LT(classes, 1.2 * one_by_one);
-  EXPECT_GT(at_once, start);
+  EXPECT_LT(one_by_one, 0.2 * start);
+  EXPECT_LT(classes, 1.1 * one_by_one);
+  EXPECT_GT(at_once, 3 * one_by_one);
 }
 
 }  // namespace
