@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <optional>
 
 #include "noiseloom/optimize/colour_classes.h"
 #include "noiseloom/problem/score.h"
@@ -37,6 +38,26 @@ TemperatureRange temperature_range(const OptimizerSpec& optimizer) {
           optimizer.temperature_end > 0 ? optimizer.temperature_end : 2.5e-4};
 }
 
+// The background of a slice costs about as much as one iteration, so a visit makes several. Slices that are coupled
+// otherwise, or not at all, would gain less.
+constexpr std::int64_t iterations_of_coupled_visit = 8;
+
+std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
+                                                  const ValueKernel& kernel, const SampleSource& source) {
+  const auto own_taps = std::ssize(footprint.slices()[0].taps);
+  if (optimizer.method != Method::anneal || optimizer.precision != Precision::single ||
+      optimizer.background_rank == 0 || !footprint.factors() || footprint.num_taps() < 3 * own_taps) {
+    return std::nullopt;
+  }
+  return FeatureMap(kernel, optimizer.background_rank, source.list(0));
+}
+
+// The schedule in sweeps, of `per_sweep` iterations each (the last may be shorter).
+StopSpec in_sweeps(StopSpec stop, std::int64_t per_sweep) {
+  stop.iterations = (stop.iterations + per_sweep - 1) / per_sweep;
+  return stop;
+}
+
 struct Engine::Impl {
   const ProblemSpec& problem;
   const OptimizerSpec& optimizer;
@@ -47,6 +68,9 @@ struct Engine::Impl {
   Footprint score_footprint;
   Footprint footprint;
   ValueKernel kernel;
+  std::optional<FeatureMap> features;
+  std::int64_t iterations_per_sweep;
+  StopSpec stop;
   FieldLayout layout;
   Partition partition;
   HaloPlan halo;
@@ -72,6 +96,10 @@ struct Engine::Impl {
         score_footprint(p.extents, p.filter),
         footprint(p.extents, p.filter, o.cutoff),
         kernel(make_value_kernel(p, s.channels(), s.distance())),
+        features(features_between_slices(o, footprint, kernel, s)),
+        iterations_per_sweep(o.method == Method::anneal && footprint.couples_slices() ? iterations_of_coupled_visit
+                                                                                      : 1),
+        stop(in_sweeps(o.stop, iterations_per_sweep)),
         layout(footprint, s.channels()),
         partition(p.extents.num_slices(), c.size()),
         halo(p.extents, coupled_offsets(score_footprint), partition, c.rank()),
@@ -80,7 +108,7 @@ struct Engine::Impl {
         partners(p.extents.cells_per_slice(), lowest_divisor(s.distance()), s.distance() == DistanceKind::circle),
         permutations(static_cast<std::size_t>(partition.count(c.rank()))) {
     for (int worker = 0; worker < pool.num_threads(); ++worker) {
-      auto delta = make_swap_delta(footprint, kernel, optimizer.precision);
+      auto delta = make_swap_delta(footprint, kernel, optimizer.precision, features ? &*features : nullptr);
       if (optimizer.method == Method::anneal) {
         anneal_movers.emplace_back(std::move(delta));
       } else {
@@ -132,7 +160,7 @@ struct Engine::Impl {
   double mean_magnitude() {
     double magnitude = 0;
     if (owns(0)) {
-      magnitude = anneal_movers[0].mean_magnitude({0, 0, problem.seed}, magnitude_candidates, partners, fields.at(0),
+      magnitude = anneal_movers[0].mean_magnitude({0, 0, problem.seed, 1}, magnitude_candidates, partners, fields.at(0),
                                                   permutation(0), field_of());
     }
     return communicator.broadcast(magnitude);  // slice 0 is always rank 0's
@@ -171,14 +199,20 @@ struct Engine::Impl {
 
   void begin_sweep(double seconds) {
     if (optimizer.stop.time_s > 0) state.elapsed_s = communicator.broadcast(seconds);
-    const Moment moment = moment_of(optimizer.stop, state.sweep, state.elapsed_s);
+    const Moment moment = moment_of(stop, state.sweep, state.elapsed_s);
     const TemperatureRange range = temperature_range(optimizer);
     state.temperature = state.mean_magnitude * temperature_at(range.start, range.end, moment.fraction);
     own_accepted = own_candidates = 0;
   }
 
+  std::int64_t iterations_before(std::int64_t sweep) const {
+    const std::int64_t iterations = sweep * iterations_per_sweep;
+    return optimizer.stop.iterations > 0 ? std::min(iterations, optimizer.stop.iterations) : iterations;
+  }
+
   VisitResult visit(SliceIndex slice, int worker) {
-    const Visit visit{slice, narrow<std::uint32_t>(state.sweep), problem.seed};
+    const Visit visit{slice, narrow<std::uint32_t>(state.sweep), problem.seed,
+                      iterations_before(state.sweep + 1) - iterations_before(state.sweep)};
     if (optimizer.method == Method::fast) {
       return pairing_movers[static_cast<std::size_t>(worker)].visit(visit, state.fraction, fields.at(slice),
                                                                     field_of());
@@ -228,7 +262,7 @@ struct Engine::Impl {
   }
 
   void end_sweep(double seconds) {
-    const Moment moment = moment_of(optimizer.stop, state.sweep, state.elapsed_s);
+    const Moment moment = moment_of(stop, state.sweep, state.elapsed_s);
     std::int64_t counts[] = {own_accepted + state.accepted, own_candidates + state.candidates};
     communicator.sum(counts);
     candidates_done += own_candidates;
@@ -247,7 +281,8 @@ struct Engine::Impl {
     }
     if (!score) return;
     const double acceptance = counts[1] > 0 ? static_cast<double>(counts[0]) / static_cast<double>(counts[1]) : 0;
-    state.history.push_back({static_cast<double>(state.sweep), shown, acceptance, relative_error(), now});
+    state.history.push_back(
+        {static_cast<double>(iterations_before(state.sweep)), shown, acceptance, relative_error(), now});
     decide(moment, last);
   }
 
@@ -259,7 +294,6 @@ struct Engine::Impl {
   }
 
   void decide(const Moment& moment, bool last) {
-    const StopSpec& stop = optimizer.stop;
     const double score = state.history.back().relative_error;
     if (last) state.finished = stop.time_s > 0 ? "time" : "iterations";
     if (stop.score > 0 && score <= stop.score) state.finished = "score";
@@ -321,7 +355,7 @@ EngineState Engine::state() {
 const std::vector<HistoryRow>& Engine::history() const { return impl_->state.history; }
 double Engine::temperature() const { return impl_->state.temperature; }
 std::int64_t Engine::sweep() const { return impl_->state.sweep; }
-Moment Engine::moment() const { return moment_of(impl_->optimizer.stop, impl_->state.sweep, impl_->state.elapsed_s); }
+Moment Engine::moment() const { return moment_of(impl_->stop, impl_->state.sweep, impl_->state.elapsed_s); }
 double Engine::relative_error() { return impl_->relative_error(); }
 const Partition& Engine::partition() const { return impl_->partition; }
 const HaloPlan& Engine::halo() const { return impl_->halo; }

@@ -61,7 +61,7 @@ VisitResult AnnealMover::visit(const Visit& visit, double temperature, const Par
   load(permutation);
   delta_->bind(visit.slice, field, others);
   VisitResult result;
-  const std::uint64_t count = id_at_.size() / 2;
+  const std::uint64_t count = id_at_.size() * static_cast<std::uint64_t>(visit.iterations) / 2;
   Batch batch;
   for (std::uint64_t first = 0; first < count; first += proposal_batch) {
     draw(visit, first, count, partners, batch);

@@ -20,8 +20,8 @@
 namespace noiseloom {
 
 struct HistoryRow {
-  double sweep = 0;           // sweeps done
-  double temperature = 0;     // of the last of them (anneal), or gamma (fast)
+  double sweep = 0;           // iterations done; a sweep makes several where slices are coupled
+  double temperature = 0;     // of the last sweep (anneal), or gamma (fast)
   double acceptance = 0;      // swaps per candidate in it
   double relative_error = 0;  // R now
   double seconds = 0;         // since the run began, over all its parts

@@ -16,6 +16,7 @@ struct Visit {
   SliceIndex slice = 0;
   std::uint32_t sweep = 0;
   std::uint64_t seed = 0;
+  std::int64_t iterations = 1;  // anneal: n / 2 candidates each, for n cells
 };
 
 struct VisitResult {
@@ -50,7 +51,7 @@ class PartnerDraw {
   float largest_step_;
 };
 
-// Metropolis at one temperature; n / 2 candidates for n cells, in order, each seeing the swaps before it. temperature 0
+// Metropolis at one temperature; candidates in order, each seeing the swaps before it. temperature 0
 // accepts improvements and ties only. Partners are looked up for sixteen candidates at a time (proposals.h).
 class AnnealMover {
  public:
