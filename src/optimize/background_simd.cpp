@@ -37,75 +37,112 @@ HWY_INLINE V minus_cosine(V x) {
   return hn::Mul(y, polynomial(hn::Mul(y, y), coefficients));
 }
 
-// Degrees 2.. of cos(k t) or sin(k t) from degrees 0 and 1: e_k = 2 cos(t) e_(k-1) - e_(k-2).
-HWY_INLINE void recur(float* table, int max_degree, V twice_cosine, V zeroth, V first) {
-  hn::StoreU(first, Floats(), table + block_lanes);
-  for (int k = 2; k <= max_degree; ++k) {
+// use(k, e_k) for k = 1..max_degree, where e_k is cos(k t) or sin(k t): e_k = 2 cos(t) e_(k-1) - e_(k-2).
+template <class Use>
+HWY_INLINE void recur(int max_degree, V twice_cosine, V zeroth, V first, const Use& use) {
+  for (int k = 1; k <= max_degree; ++k) {
+    use(k, first);
     const V next = hn::Sub(hn::Mul(twice_cosine, first), zeroth);
-    hn::StoreU(next, Floats(), table + static_cast<std::size_t>(k) * block_lanes);
     zeroth = first;
     first = next;
   }
 }
 
-// Tables of the samples at `cell` on: entry e at tables + e * block_lanes.
+// The cosine at degree 1 of a basis of cosines.
+HWY_INLINE V first_cosine(const FeatureMap& map, int c, V x) {
+  const V inside = hn::Mul(hn::Sub(x, set(map.low(c))), set(map.inverse_width(c)));
+  return hn::Neg(minus_cosine(hn::Min(hn::Max(inside, set(0)), set(1))));
+}
+
+// Tables of the samples at `samples`: entry e at tables + e * block_lanes.
 HWY_INLINE void fill_tables(const FeatureMap& map, const float* samples, std::int64_t plane_size, float* tables) {
   const std::size_t table_size = static_cast<std::size_t>(map.max_degree() + 1) * block_lanes;
+  const auto store_in = [](float* table) {
+    return [table](int k, V value) { hn::StoreU(value, Floats(), table + static_cast<std::size_t>(k) * block_lanes); };
+  };
   if (map.basis() == FeatureMap::Basis::circle) {
     const V c = minus_cosine(hn::LoadU(Floats(), samples));  // of half the angle; its sine is positive
     const V s = hn::Sqrt(hn::Max(hn::Sub(set(1), hn::Mul(c, c)), set(0)));
     const V cosine = hn::Sub(hn::Mul(hn::Add(c, c), c), set(1));
     const V sine = hn::Neg(hn::Mul(hn::Add(s, s), c));
     const V twice = hn::Add(cosine, cosine);
-    recur(tables, map.max_degree(), twice, set(1), cosine);
-    recur(tables + table_size, map.max_degree(), twice, set(0), sine);
+    recur(map.max_degree(), twice, set(1), cosine, store_in(tables));
+    recur(map.max_degree(), twice, set(0), sine, store_in(tables + table_size));
     return;
   }
   for (int t = 0; t < map.num_tables(); ++t, tables += table_size) {
     const V x = hn::LoadU(Floats(), samples + t * plane_size);
     if (map.basis() == FeatureMap::Basis::cosines) {
-      const V inside = hn::Mul(hn::Sub(x, set(map.low(t))), set(map.inverse_width(t)));
-      const V cosine = hn::Neg(minus_cosine(hn::Min(hn::Max(inside, set(0)), set(1))));
-      recur(tables, map.max_degree(), hn::Add(cosine, cosine), set(1), cosine);
+      const V cosine = first_cosine(map, t, x);
+      recur(map.max_degree(), hn::Add(cosine, cosine), set(1), cosine, store_in(tables));
     } else {
       V power = x;
       for (int k = 1; k <= map.max_degree(); ++k) {
-        hn::StoreU(power, Floats(), tables + static_cast<std::size_t>(k) * block_lanes);
+        store_in(tables)(k, power);
         power = hn::Mul(power, x);
       }
     }
   }
 }
 
-// One block of cells at a time, so that its sums stay in the first cache.
+constexpr std::size_t run_cells = 8 * block_lanes;
+
+// sums[n * run_cells] += weight f_n of the samples in one vector.
+class FeatureAdder {
+ public:
+  FeatureAdder(const FeatureMap& map, std::int64_t plane_size)
+      : map_(map),
+        plane_size_(plane_size),
+        factors_(factors_of(map)),
+        tables_(static_cast<std::size_t>(map.num_tables() * (map.max_degree() + 1)) * block_lanes) {}
+
+  HWY_INLINE void add(const float* samples, V weight, float* sums) {
+    if (map_.basis() == FeatureMap::Basis::cosines && map_.num_tables() == 1) {
+      // Feature n is degree n + 1 alone; the recurrence carries the weight.
+      const V cosine = first_cosine(map_, 0, hn::LoadU(Floats(), samples));
+      recur(map_.max_degree(), hn::Add(cosine, cosine), weight, hn::Mul(weight, cosine), [sums](int k, V value) {
+        float* sum = sums + static_cast<std::size_t>(k - 1) * run_cells;
+        hn::StoreU(hn::Add(hn::LoadU(Floats(), sum), value), Floats(), sum);
+      });
+      return;
+    }
+    fill_tables(map_, samples, plane_size_, tables_.data());
+    for (const Factors& factors : factors_) {
+      V value = weight;
+      for (int k = 0; k < factors.count; ++k) value = hn::Mul(value, entry(factors.entry[k]));
+      hn::StoreU(hn::Add(hn::LoadU(Floats(), sums), value), Floats(), sums);
+      sums += run_cells;
+    }
+  }
+
+ private:
+  HWY_INLINE V entry(int e) const { return hn::LoadU(Floats(), &tables_[static_cast<std::size_t>(e) * block_lanes]); }
+
+  const FeatureMap& map_;
+  std::int64_t plane_size_;
+  std::vector<Factors> factors_;
+  std::vector<float> tables_;
+};
+
+// A run of cells at a time, so that its sums stay in the first cache and every field is read in long pieces.
 void sum_features(const FeatureMap& map, const FieldLayout& layout, std::span<const WeightedField> fields,
                   float* sums) {
-  const std::vector<Factors> factors = factors_of(map);
-  std::vector<float> tables(static_cast<std::size_t>(map.num_tables() * (map.max_degree() + 1)) * block_lanes);
-  std::vector<float> block(factors.size() * block_lanes);
+  const auto num_features = static_cast<std::size_t>(map.num_features());
+  FeatureAdder adder(map, layout.plane_size);
+  std::vector<float> run(num_features * run_cells);
   for (std::int64_t y = 0; y < layout.height; ++y) {
-    for (std::int64_t x = 0; x < layout.width; x += static_cast<std::int64_t>(block_lanes)) {
+    for (std::int64_t x = 0; x < layout.width; x += static_cast<std::int64_t>(run_cells)) {
       const std::int64_t at = layout.at(y * layout.width) + x;
-      std::fill(block.begin(), block.end(), 0.0F);
-      for (std::size_t p = 0; p < num_parts; ++p) {
-        const std::size_t lane = p * vector_lanes;
-        for (const WeightedField& weighted : fields) {
-          fill_tables(map, weighted.field->plane(0) + at + lane, layout.plane_size, tables.data());
-          const V weight = set(weighted.weight);
-          for (std::size_t n = 0; n < factors.size(); ++n) {
-            V value = hn::Mul(
-                weight, hn::LoadU(Floats(), &tables[static_cast<std::size_t>(factors[n].entry[0]) * block_lanes]));
-            for (int k = 1; k < factors[n].count; ++k) {
-              value = hn::Mul(
-                  value, hn::LoadU(Floats(), &tables[static_cast<std::size_t>(factors[n].entry[k]) * block_lanes]));
-            }
-            float* sum = &block[n * block_lanes + lane];
-            hn::StoreU(hn::Add(hn::LoadU(Floats(), sum), value), Floats(), sum);
-          }
-        }
+      const std::size_t blocks = (static_cast<std::size_t>(layout.width - x) + block_lanes - 1) / block_lanes;
+      const std::size_t cells = std::min(blocks * block_lanes, run_cells);
+      std::fill(run.begin(), run.end(), 0.0F);
+      for (const WeightedField& weighted : fields) {
+        const float* samples = weighted.field->plane(0) + at;
+        const V weight = set(weighted.weight);
+        for (std::size_t lane = 0; lane < cells; lane += vector_lanes) adder.add(samples + lane, weight, &run[lane]);
       }
-      for (std::size_t n = 0; n < factors.size(); ++n) {
-        std::copy_n(&block[n * block_lanes], block_lanes, sums + static_cast<std::int64_t>(n) * layout.plane_size + at);
+      for (std::size_t n = 0; n < num_features; ++n) {
+        std::copy_n(&run[n * run_cells], cells, sums + static_cast<std::int64_t>(n) * layout.plane_size + at);
       }
     }
   }
