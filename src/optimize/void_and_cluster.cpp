@@ -179,7 +179,7 @@ struct VoidAndCluster::Impl {
   double open_fraction() const {
     const bool has_far_plane = std::any_of(kernel.groups().begin(), kernel.groups().end(),
                                            [](const auto& group) { return group.axis0 != 0 && !group.others.empty(); });
-    return has_far_plane ? 0.3 : 0.1;
+    return has_far_plane ? 0.4 : 0.1;
   }
 
   VacSpec spec;

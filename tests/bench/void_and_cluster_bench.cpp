@@ -1,8 +1,8 @@
 // Times void and cluster on one thread (processor time), start-up included.
 //   void_and_cluster_bench SIZES GROUPS [SEED]     e.g. 64x64x16x16 xy+zw       axes: x y z w v u s t in that order
 // With a fourth argument, writes the ranks there as raw little-endian uint32.
-#include <ctime>
 #include <cstdio>
+#include <ctime>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
   std::printf("%s %s: start %.3f s", argv[1], argv[2], last = seconds());
   while (!run.done()) {
     const VacPhase phase = run.state().phase;
-    while (run.state().phase == phase) run.advance(4096);
+    while (run.state().phase == phase) run.advance(1024 + spec.extents.num_cells() / 64);
     std::printf(", %s %.3f s", names[static_cast<int>(phase)], seconds() - last);
     last = seconds();
   }

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <hwy/highway.h>
 
 #include <algorithm>
 #include <cmath>
@@ -161,6 +162,19 @@ TEST(VoidAndCluster, DoesNotDependOnHowPicksAreDivided) {
     while (!run.done()) run.advance(batch);
     EXPECT_EQ(run.state().order, whole) << batch;
   }
+}
+
+TEST(VoidAndCluster, DoesNotDependOnTheWidthOfVectors) {
+  const VacSpec spec = make_spec({37, 23, 5, 3}, {{0, 1}, {2, 3}});
+  const VacOrder best = void_and_cluster(spec);
+  for (std::int64_t rest = hwy::SupportedTargets() & HWY_TARGETS; rest != 0; rest &= rest - 1) {
+    const std::int64_t target = rest & -rest;
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().DeInit();
+    EXPECT_EQ(void_and_cluster(spec), best) << hwy::TargetName(target);
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().DeInit();
 }
 
 TEST(VoidAndCluster, ContinuesFromTheStateBetweenAnyTwoPicks) {

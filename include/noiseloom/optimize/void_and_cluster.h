@@ -129,7 +129,8 @@ class VoidAndCluster {
   VoidAndCluster(VoidAndCluster&&) noexcept;
   VoidAndCluster& operator=(VoidAndCluster&&) noexcept;
 
-  // Does up to `max_picks` >= 1 picks (a swap counts as one). How the picks are divided among calls changes nothing.
+  // Does up to `max_picks` >= 1 picks (a swap counts as one). How the picks are divided among calls changes the time
+  // alone: picks are taken in batches of a few thousandths of the pixels, which a smaller `max_picks` cuts short.
   void advance(std::int64_t max_picks);
   bool done() const { return state().phase == VacPhase::done; }
   const VacState& state() const;
