@@ -14,8 +14,17 @@ namespace {
 // What the slice that is judged first says about the size of dE.
 constexpr std::int64_t magnitude_candidates = 4096;
 
+// Measured at 128x128 with boxes, gausses and binomials, for the lowest R after 400 to 4,000 iterations; a factor of
+// two either way costs a few thousandths of R.
 double lowest_divisor(DistanceKind kind) {
-  return kind == DistanceKind::absolute || kind == DistanceKind::circle ? 64 : 512;
+  switch (kind) {
+    case DistanceKind::absolute:
+      return 64;
+    case DistanceKind::circle:
+      return 256;
+    default:
+      return 1024;
+  }
 }
 
 std::vector<Extents::SliceCoord> coupled_offsets(const Footprint& footprint) {
@@ -35,7 +44,7 @@ std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint&
 
 TemperatureRange temperature_range(const OptimizerSpec& optimizer) {
   return {optimizer.temperature_start > 0 ? optimizer.temperature_start : 0.25,
-          optimizer.temperature_end > 0 ? optimizer.temperature_end : 2.5e-4};
+          optimizer.temperature_end > 0 ? optimizer.temperature_end : 2e-3};
 }
 
 // The background of a slice costs about as much as one iteration, so a visit makes several. Slices that are coupled

@@ -1,0 +1,107 @@
+// Candidates per second of the swap delta by sample space and footprint: the vectorised path, and the plain one in
+// double that it is a ratio to. One slice of 128x128, bound once; pairs drawn uniformly.
+//   anneal_bench [--benchmark_filter=...]     items_per_second is candidates/s
+#include <benchmark/benchmark.h>
+
+#include <map>
+#include <numeric>
+#include <string>
+
+#include "noiseloom/core/random.h"
+#include "noiseloom/optimize/slice_mover.h"
+#include "noiseloom/problem/sample_space.h"
+
+namespace noiseloom {
+namespace {
+
+constexpr std::int64_t size = 128;
+
+struct Space {
+  SampleKind kind;
+  int channels;
+};
+
+const std::map<std::string, Space>& spaces() {
+  static const std::map<std::string, Space> table{{"scalar", {SampleKind::uniform, 1}},
+                                                  {"circle", {SampleKind::circle, 1}},
+                                                  {"vector2", {SampleKind::vector, 2}},
+                                                  {"vector4", {SampleKind::vector, 4}},
+                                                  {"sphere", {SampleKind::sphere, 3}}};
+  return table;
+}
+
+const std::map<std::string, KernelSpec>& kernels() {
+  static const std::map<std::string, KernelSpec> table = [] {
+    std::map<std::string, KernelSpec> kernels;
+    kernels["box3"].size = 3;
+    kernels["box5"].size = 5;
+    kernels["gauss1.0"].kind = kernels["gauss1.34"].kind = KernelKind::gauss;
+    kernels["gauss1.34"].sigma = 1.3435;
+    return kernels;
+  }();
+  return table;
+}
+
+// One slice, or 16 with an EMA over them.
+void judge(benchmark::State& state, const Space& space, const KernelSpec& kernel, Precision precision,
+           SliceIndex num_slices) {
+  ProblemSpec problem;
+  problem.extents = num_slices == 1 ? Extents({size, size}) : Extents({size, size, num_slices});
+  problem.samples.kind = space.kind;
+  problem.samples.channels = space.channels;
+  problem.filter.groups.push_back({{0, 1}, kernel, 0});
+  if (num_slices > 1) {
+    KernelSpec ema;
+    ema.kind = KernelKind::ema;
+    problem.filter.groups.push_back({{2}, ema, 0});
+  }
+  const SampleSource source(problem.samples, size * size, num_slices, problem.seed);
+  const Footprint footprint(problem.extents, problem.filter);
+  const ValueKernel value_kernel = make_value_kernel(problem, source.channels(), source.distance());
+  std::vector<SliceField> fields;
+  for (SliceIndex slice = 0; slice < num_slices; ++slice) {
+    fields.emplace_back(FieldLayout(footprint, source.channels()));
+    fields.back().fill(start_permutation(problem.seed, slice, size * size), source.list(slice));
+  }
+  const bool low_rank = num_slices > 1 && precision == Precision::single;
+  const FeatureMap map(value_kernel, 16, source.list(0));
+  const auto delta = make_swap_delta(footprint, value_kernel, precision, low_rank ? &map : nullptr);
+  delta->bind(0, fields[0],
+              [&](SliceIndex slice) -> const SliceField& { return fields[static_cast<std::size_t>(slice)]; });
+
+  std::vector<CellPair> pairs;
+  for (std::uint64_t k = 0; k < 4096; ++k) {
+    const RandomBlock bits = random_block(1, Purpose::proposal, 0, 0, k);
+    pairs.push_back({to_below(bits[0], size * size), to_below(bits[1], size * size)});
+  }
+  std::size_t next = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(delta->delta(pairs[next]));
+    next = (next + 1) % pairs.size();
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+
+void register_all() {
+  for (const auto& [space_name, space] : spaces()) {
+    for (const auto& [kernel_name, kernel] : kernels()) {
+      for (const auto& [precision_name, precision] :
+           {std::pair<std::string, Precision>{"float", Precision::single}, {"double", Precision::dual}}) {
+        for (const SliceIndex num_slices : {1, 16}) {
+          const std::string coupling = num_slices > 1 ? "/ema16" : "";
+          const std::string name = space_name + "/" + kernel_name + coupling + "/" + precision_name;
+          benchmark::RegisterBenchmark(name.c_str(), judge, space, kernel, precision, num_slices);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace noiseloom
+
+int main(int argc, char** argv) {
+  noiseloom::register_all();
+  benchmark::Initialize(&argc, argv);
+  benchmark::RunSpecifiedBenchmarks();
+}
