@@ -13,6 +13,7 @@
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/io/config.h"
+#include "noiseloom/io/run_file.h"
 #include "noiseloom/problem/sample_space.h"
 #include "noiseloom/study/analyze.h"
 #include "noiseloom/study/export.h"
@@ -36,10 +37,14 @@ struct Common {
   int threads = 0;
 };
 
+// The config given or, where --set changes it, the run file's own.
 std::optional<RunConfig> config_of(const Common& common) {
   if (!common.config.empty()) return load_config(common.config, common.overrides);
-  if (!common.overrides.empty()) throw UserError("command line", "--set changes a config: give one with --config");
-  return std::nullopt;
+  if (common.overrides.empty()) return std::nullopt;
+  if (!looks_like_run_file(common.file))
+    throw UserError("command line", "--set changes a config: give one with --config");
+  return parse_config(RunFileReader(common.file).content().config, common.file + ": /config",
+                      parent_directory(common.file), common.overrides, MissingFiles::accepted);
 }
 
 int threads_of(const Common& common) { return common.threads > 0 ? common.threads : num_available_processors(); }
@@ -77,7 +82,7 @@ std::string score_json(const std::string& name, const TextureFile& file, const T
 
 std::string score_text(const std::string& name, const TextureFile& file, const TextureScore& score, bool slices) {
   const Extents& extents = file.texture.extents;
-  std::string text = fmt::format("{}: {}, {} x {} channel{}, samples {}\n", name, file.source, extents.to_string(),
+  std::string text = fmt::format("{}: {}, {}, {} channel{}, samples {}\n", name, file.source, extents.to_string(),
                                  file.texture.channels, file.texture.channels == 1 ? "" : "s",
                                  sample_space_name(file.config->problem.samples));
   for (const std::string& note : file.notes) text += "note: " + note + "\n";
@@ -121,7 +126,9 @@ void add_common(CLI::App& command, Common& common, const std::string& file_help)
   command.add_option(
       "--config", common.config,
       "What the values mean: size, samples and filter. For a run file, only the filter is taken from it");
-  command.add_option("--set", common.overrides, "Change a key of the config: filter.groups[0].size=3")
+  command
+      .add_option("--set", common.overrides,
+                  "Change a key of the config (or of the run file's own): filter.groups[0].size=3")
       ->allow_extra_args(false);
   command.add_option("--threads", common.threads, "Threads; all processors if not given")->check(CLI::PositiveNumber);
 }
@@ -156,6 +163,16 @@ void add_export(CLI::App& app, Arguments& arguments) {
                       "LO:HI: what 0 and 1 of an image stand for; needed for unbounded samples (gauss, a file's)");
   command->add_flag("--pdf", options.with_density, "Density, over its maximum, in the alpha channel");
   command->add_flag("--overwrite", options.overwrite, "Replace files that exist");
+  command->footer(
+      "Values are stored as b = floor(256 u) (16 bit: 65536) and read back as u = (b + 0.5) / 256; u is the value, "
+      "for\n"
+      "directions and disks 0.5 + 0.5 of it. Two channels become red and green. exr, tiff 32f, npy and raw 32f hold "
+      "the\n"
+      "values themselves.\n\n"
+      "  noiseloom export run.h5 -o textures/                              one PNG a slice\n"
+      "  noiseloom export run.h5 -o textures/ --naming nvidia              stbn_vec2_2Dx1D_128x128x64_0.png, ...\n"
+      "  noiseloom export run.h5 -o noise.png --layout strip --depth 16    all slices, one under the other\n"
+      "  noiseloom export run.h5 -o noise.exr --layout exr-multipart       floats, one part a slice\n");
   command->callback([&] { run_export(file, options); });
 }
 
@@ -167,6 +184,11 @@ void add_score(CLI::App& app, Arguments& arguments) {
   add_common(*command, arguments.common, file_help);
   command->add_flag("--json", arguments.json, "One JSON object");
   command->add_flag("--slices", arguments.slices, "Also slice by slice");
+  command->footer(
+      "R is the mean squared error that is left after the filter, over random step integrands; white noise has 1.\n\n"
+      "  noiseloom score run.h5                              under the filter it was made for, and under others\n"
+      "  noiseloom score run.h5 --set filter.groups[0].size=3\n"
+      "  noiseloom score noise_{}.png --config run.toml      anybody's images; the config says what they hold\n");
   command->callback([&] { run_score(arguments.common, arguments.json, arguments.slices); });
 }
 
@@ -175,6 +197,9 @@ void add_analyze(CLI::App& app, Arguments& arguments) {
   add_common(*command, arguments.common, file_help);
   command->add_option("-o,--output", arguments.folder, "Folder to write to (made if missing)")->required();
   command->add_flag("--overwrite", arguments.overwrite, "Replace files that exist");
+  command->footer(
+      "  noiseloom analyze run.h5 -o report/                       then open report/report.html\n"
+      "  noiseloom analyze strip.png -o report/ --config run.toml  anybody's images; without a config, no scores\n");
   command->callback([&] { run_analyze(arguments.common, arguments.folder, arguments.overwrite); });
 }
 

@@ -109,7 +109,7 @@ void write_image(const std::string& path, const ImageJob& job, const BlockBytes&
   try {
     compare_with_file(path, job, blocks);
   } catch (const UserError& error) {
-    write_failed(path, fmt::format("reading it back failed ({})", error.what()));
+    write_failed(path, fmt::format("reading it back failed; is the disk full? ({})", error.what()));
   }
 }
 

@@ -168,9 +168,9 @@ class ScoreTest(support.ProgramTest):
         from_images = json.loads(self.run_program("score", "png", "--config", config, "--json").stdout)
         self.assertAlmostEqual(from_run["relative_error"], from_images["relative_error"], delta=1e-4)
         self.assertAlmostEqual(sum(from_run["slices"]) / 3, from_run["relative_error"], places=12)
-        stored = self.info("c.h5")
+        stored = self.info("c.h5")["history"]["relative_error"][-1]
+        self.assertAlmostEqual(from_run["relative_error"], stored, places=9)
         self.assertIn("R = ", self.run_program("score", "c.h5").stdout)
-        self.assertTrue(stored)
         self.assertIn("--config", self.run_program("score", "png", expect=2).stderr)
 
     def test_published_texture_has_its_published_score(self):
