@@ -1,5 +1,7 @@
 #include "optimize/delta_fields.h"
 
+#include <algorithm>
+
 namespace noiseloom {
 namespace {
 
@@ -49,7 +51,7 @@ void DeltaFields::bind(SliceIndex slice, const SliceField& own, const FieldOf& o
   parts_.clear();
   if (!own_plan_.rows.empty()) parts_.push_back({own_.plane(0), layout_.plane_size, &own_plan_.rows, rows});
   if (transposed_size_ > 0) {
-    for (Cell cell = 0; cell < layout_.width * layout_.height; ++cell) set_transposed(cell);
+    transpose();
     parts_.push_back({transposed_.data(), transposed_size_, &own_plan_.columns, columns});
   }
   for (const Plane& plane : planes_) {
@@ -83,6 +85,24 @@ void DeltaFields::swap(Cell i, Cell j) {
   if (transposed_size_ == 0) return;
   set_transposed(i);
   set_transposed(j);
+}
+
+// In tiles that the first cache holds; the border comes along.
+void DeltaFields::transpose() {
+  constexpr std::int64_t tile = 16;
+  const std::int64_t width = layout_.stride;
+  const std::int64_t height = transposed_stride_;
+  for (int c = 0; c < layout_.channels; ++c) {
+    const float* in = own_.plane(c);
+    float* out = transposed_.data() + c * transposed_size_;
+    for (std::int64_t y0 = 0; y0 < height; y0 += tile) {
+      for (std::int64_t x0 = 0; x0 < width; x0 += tile) {
+        for (std::int64_t x = x0; x < std::min(x0 + tile, width); ++x) {
+          for (std::int64_t y = y0; y < std::min(y0 + tile, height); ++y) out[x * height + y] = in[y * width + x];
+        }
+      }
+    }
+  }
 }
 
 void DeltaFields::set_transposed(Cell cell) {

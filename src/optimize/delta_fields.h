@@ -56,6 +56,7 @@ class DeltaFields {
   };
   void plan_others();
   void plan_pair_weights();
+  void transpose();
   void set_transposed(Cell cell);
   void stack(SliceIndex slice, const FieldOf& others);
 

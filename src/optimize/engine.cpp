@@ -47,9 +47,14 @@ TemperatureRange temperature_range(const OptimizerSpec& optimizer) {
           optimizer.temperature_end > 0 ? optimizer.temperature_end : 2e-3};
 }
 
-// The background of a slice costs about as much as one iteration, so a visit makes several. Slices that are coupled
-// otherwise, or not at all, would gain less.
-constexpr std::int64_t iterations_of_coupled_visit = 8;
+// Iterations of one visit. To take a slice up costs about as much as half an iteration, with a background as much as a
+// whole one; but the temperature should not fall in too few steps.
+std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footprint) {
+  if (optimizer.method != Method::anneal) return 1;
+  const std::int64_t longest = footprint.couples_slices() ? 8 : 4;
+  if (optimizer.stop.iterations == 0) return longest;
+  return std::clamp<std::int64_t>(optimizer.stop.iterations / 64, 1, longest);
+}
 
 std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
                                                   const ValueKernel& kernel, const SampleSource& source) {
@@ -106,8 +111,7 @@ struct Engine::Impl {
         footprint(p.extents, p.filter, o.cutoff),
         kernel(make_value_kernel(p, s.channels(), s.distance())),
         features(features_between_slices(o, footprint, kernel, s)),
-        iterations_per_sweep(o.method == Method::anneal && footprint.couples_slices() ? iterations_of_coupled_visit
-                                                                                      : 1),
+        iterations_per_sweep(visit_length(o, footprint)),
         stop(in_sweeps(o.stop, iterations_per_sweep)),
         layout(footprint, s.channels()),
         partition(p.extents.num_slices(), c.size()),

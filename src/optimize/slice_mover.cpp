@@ -15,7 +15,8 @@ PartnerDraw::PartnerDraw(std::int64_t num_samples, double lowest_divisor, bool c
     : num_samples_(num_samples),
       circular_(circular),
       lowest_step_(static_cast<float>(std::max(1.0, static_cast<double>(num_samples) / lowest_divisor))),
-      largest_step_(std::max(lowest_step_, static_cast<float>(num_samples / 2))) {}
+      log2_ratio_(static_cast<float>(
+          math::log(std::max(1.0, static_cast<double>(num_samples / 2) / double{lowest_step_})) / math::log(2))) {}
 
 struct AnnealMover::Batch {
   std::array<CellPair, proposal_batch> pairs;
@@ -33,13 +34,9 @@ void AnnealMover::load(std::span<const std::uint32_t> permutation) {
 
 void AnnealMover::draw(const Visit& visit, std::uint64_t first, std::uint64_t end, const PartnerDraw& partners,
                        Batch& batch) const {
-  const double ratio = double{partners.largest_step()} / double{partners.lowest_step()};
-  const ProposalSource source{visit.seed,
-                              static_cast<std::uint32_t>(visit.slice),
-                              visit.sweep,
-                              id_at_.size(),
-                              partners.lowest_step(),
-                              static_cast<float>(math::log(ratio) / math::log(2))};
+  const ProposalSource source{
+      visit.seed,           static_cast<std::uint32_t>(visit.slice), visit.sweep, id_at_.size(), partners.lowest_step(),
+      partners.log2_ratio()};
   batch.proposals = draw_proposals(source, first);
   batch.size = std::min<std::uint64_t>(proposal_batch, end - first);
   for (std::size_t k = 0; k < batch.size; ++k) {

@@ -142,7 +142,7 @@ TEST(PartnerDraw, StaysInRange) {
     for (const bool circular : {false, true}) {
       const PartnerDraw partners(n, 64, circular);
       for (std::uint32_t id = 0; id < n; ++id) {
-        for (const auto step : {partners.lowest_step(), partners.largest_step()}) {
+        for (const auto step : {partners.lowest_step(), partners.lowest_step() * std::exp2(partners.log2_ratio())}) {
           EXPECT_LT(partners.partner(id, static_cast<std::int32_t>(step)), n);
           EXPECT_LT(partners.partner(id, -static_cast<std::int32_t>(step)), n);
         }

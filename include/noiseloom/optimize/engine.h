@@ -20,7 +20,7 @@
 namespace noiseloom {
 
 struct HistoryRow {
-  double sweep = 0;           // iterations done; a sweep makes several where slices are coupled
+  double sweep = 0;           // iterations done (anneal makes several in one sweep)
   double temperature = 0;     // of the last sweep (anneal), or gamma (fast)
   double acceptance = 0;      // swaps per candidate in it
   double relative_error = 0;  // R now

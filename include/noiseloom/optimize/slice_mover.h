@@ -32,7 +32,7 @@ class PartnerDraw {
 
   std::int64_t num_samples() const { return num_samples_; }
   float lowest_step() const { return lowest_step_; }
-  float largest_step() const { return largest_step_; }
+  float log2_ratio() const { return log2_ratio_; }  // of the largest to the lowest
   // The id that is `step` away from `id`, |step| <= num_samples / 2 + 1.
   std::uint32_t partner(std::uint32_t id, std::int32_t step) const {
     const std::int64_t other = std::int64_t{id} + step;
@@ -48,7 +48,7 @@ class PartnerDraw {
   std::int64_t num_samples_;
   bool circular_;
   float lowest_step_;
-  float largest_step_;
+  float log2_ratio_;
 };
 
 // Metropolis at one temperature; candidates in order, each seeing the swaps before it. temperature 0
