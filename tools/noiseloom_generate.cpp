@@ -232,8 +232,8 @@ void Run::prepare() {
   const bool resumed = communicator_.any_bits(saved_ ? 1U : 0U) != 0;
   if (!resumed) return engine_->start();
   restore_run(saved_.get(), config_.problem.extents, *engine_, communicator_);
-  progress_->say(
-      fmt::format("resumed at sweep {}, R {:.5f}", engine_->sweep(), engine_->history().back().relative_error));
+  progress_->say(fmt::format("resumed at iteration {}, R {:.5f}", engine_->iterations(),
+                             engine_->history().back().relative_error));
   communicator_.on_root([&] {
     if (fell_back_) restore_previous_generation(posix_file_ops(), options_.output);
   });
@@ -287,8 +287,8 @@ std::uint32_t Run::bits_due() const {
 
 int Run::stop(std::uint32_t bits) {
   save();
-  progress_->say(fmt::format("stopped by {} at sweep {}, R {:.5f}; everything is saved in {}; go on with --resume",
-                             (bits & stop_bit) != 0 ? "a signal" : "--time-limit", engine_->sweep(),
+  progress_->say(fmt::format("stopped by {} at iteration {}, R {:.5f}; everything is saved in {}; go on with --resume",
+                             (bits & stop_bit) != 0 ? "a signal" : "--time-limit", engine_->iterations(),
                              engine_->history().back().relative_error, options_.output));
   return exit_stopped;
 }
@@ -299,7 +299,7 @@ int Run::loop() {
     if ((bits & (stop_bit | limit_bit)) != 0) return stop(bits);
     if ((bits & checkpoint_bit) != 0) {
       save();
-      progress_->say(fmt::format("saved at sweep {}", engine_->sweep()));
+      progress_->say(fmt::format("saved at iteration {}", engine_->iterations()));
     }
     engine_->step(run_s());
     progress_->update(*engine_, engine_->candidates_done() * communicator_.size(), run_s(), part_s());
@@ -315,7 +315,7 @@ void Run::summarise(const std::string& checksum, std::int64_t candidates) {
   fmt::print("\n");
   fmt::print("R            {:.5f}   (white noise 1, at the start {:.5f})\n", last.relative_error,
              engine_->history().front().relative_error);
-  fmt::print("effort       {} sweeps, {:.3g} candidates in this part, {}\n", engine_->sweep(),
+  fmt::print("effort       {} iterations, {:.3g} candidates in this part, {}\n", engine_->iterations(),
              static_cast<double>(candidates), duration_text(run_s()));
   fmt::print("stopped by   {}\n", engine_->finished_by());
   fmt::print("file         {}   /samples {}\n", options_.output, checksum);

@@ -68,14 +68,14 @@ void print_json(const RunFileContent& content) {
 }
 
 void print_history(const EngineState& state) {
-  fmt::print("\n   sweep  temperature  accepted        R    seconds\n");
+  fmt::print("\n   iter.  temperature  accepted        R    seconds\n");
   const std::size_t rows = state.history.size();
   for (std::size_t row = 0; row < rows; ++row) {
     // A dozen rows say it; --json has all.
     if (rows > 14 && row % (rows / 12) != 0 && row + 1 != rows) continue;
     const HistoryRow& entry = state.history[row];
-    fmt::print("{:8}  {:11.4g}  {:7.2f} %  {:.5f}  {:9.1f}\n", entry.sweep, entry.temperature, 100 * entry.acceptance,
-               entry.relative_error, entry.seconds);
+    fmt::print("{:8}  {:11.4g}  {:7.2f} %  {:.5f}  {:9.1f}\n", entry.iterations, entry.temperature,
+               100 * entry.acceptance, entry.relative_error, entry.seconds);
   }
 }
 
@@ -86,9 +86,10 @@ void print_text(const std::string& path, const RunFileContent& content) {
     fmt::print("{}{}", axis == 0 ? " (" : ", ", content.extents.name(axis));
   fmt::print(")\n");
   if (state.finished.empty()) {
-    fmt::print("not finished: stopped in sweep {}; go on with generate --resume\n", state.sweep);
+    fmt::print("not finished: stopped in sweep {}; go on with generate --resume\n", state.sweep + 1);
   } else {
-    fmt::print("finished after {} sweeps by stop.{}\n", state.sweep, state.finished);
+    const double iterations = state.history.empty() ? 0 : state.history.back().iterations;
+    fmt::print("finished after {} iterations by stop.{}\n", iterations, state.finished);
   }
   if (!state.history.empty()) fmt::print("R {:.5f} (white noise 1)\n", state.history.back().relative_error);
   for (const auto& dataset : content.datasets) {

@@ -43,10 +43,10 @@ std::string duration_text(double seconds) {
 }
 
 struct Progress::Figures {
-  std::int64_t sweep;
-  std::int64_t sweeps;  // 0: not known
-  double fraction;      // of the round
-  double temperature;   // or gamma
+  std::int64_t iterations;
+  std::int64_t of;     // 0: not known
+  double fraction;     // of the round
+  double temperature;  // or gamma
   double acceptance;
   double relative_error;
   double rate;
@@ -66,8 +66,8 @@ Progress::Figures Progress::figures(const Engine& engine, std::int64_t candidate
   const double done = fraction - first_fraction_;
   const bool known = by_time || (optimizer_.stop.iterations > 0 && done > 0);
   const double left = by_time ? optimizer_.stop.time_s - seconds : part_s / done * (1 - fraction);
-  return {engine.sweep(),
-          moment.round_length,
+  return {engine.iterations(),
+          optimizer_.stop.iterations,
           fraction,
           row.temperature,
           row.acceptance,
@@ -87,20 +87,20 @@ void Progress::update(const Engine& engine, std::int64_t candidates, double seco
   history_shown_ = engine.history().size();
   const Figures f = figures(engine, candidates, seconds, part_s);
   if (kind_ == ProgressKind::json) {
-    fmt::print(
-        stderr,
-        "{{\"sweep\": {}, \"sweeps\": {}, \"temperature\": {:.6g}, \"acceptance\": {:.6g}, \"relative_error\": {:.8g}, "
-        "\"candidates_per_second\": {:.6g}, \"seconds\": {:.3f}, \"seconds_left\": {}}}\n",
-        f.sweep, f.sweeps, f.temperature, f.acceptance, f.relative_error, f.rate, f.seconds,
-        f.left_s < 0 ? "null" : fmt::format("{:.3f}", f.left_s));
+    fmt::print(stderr,
+               "{{\"iterations\": {}, \"of\": {}, \"temperature\": {:.6g}, \"acceptance\": {:.6g}, \"relative_error\": "
+               "{:.8g}, "
+               "\"candidates_per_second\": {:.6g}, \"seconds\": {:.3f}, \"seconds_left\": {}}}\n",
+               f.iterations, f.of, f.temperature, f.acceptance, f.relative_error, f.rate, f.seconds,
+               f.left_s < 0 ? "null" : fmt::format("{:.3f}", f.left_s));
     return;
   }
   if (kind_ == ProgressKind::bar) return print_bar(f);
   const char* heat = optimizer_.method == Method::fast ? "gamma" : "T";
-  const std::string of = f.sweeps > 0 ? fmt::format("/{}", f.sweeps) : "";
+  const std::string of = f.of > 0 ? fmt::format("/{}", f.of) : "";
   const std::string left = f.left_s < 0 ? "" : fmt::format(", {} left (by the pace so far)", duration_text(f.left_s));
-  fmt::print(stderr, "sweep {}{}  {} {:.3g}  accepted {:.1f} %  R {:.5f}  {}  {}{}\n", f.sweep, of, heat, f.temperature,
-             100 * f.acceptance, f.relative_error, rate_text(f.rate), duration_text(f.seconds), left);
+  fmt::print(stderr, "iteration {}{}  {} {:.3g}  accepted {:.1f} %  R {:.5f}  {}  {}{}\n", f.iterations, of, heat,
+             f.temperature, 100 * f.acceptance, f.relative_error, rate_text(f.rate), duration_text(f.seconds), left);
 }
 
 void Progress::print_bar(const Figures& f) {

@@ -31,6 +31,7 @@ void visit_state(State& state, const Visit& visit) {
 template <class Row, class Visit>
 void visit_history(Row& row, const Visit& visit) {
   visit("sweep", row.sweep);
+  visit("iterations", row.iterations);
   visit("temperature", row.temperature);
   visit("acceptance", row.acceptance);
   visit("relative_error", row.relative_error);

@@ -16,14 +16,14 @@ constexpr std::int64_t magnitude_candidates = 4096;
 
 // Measured at 128x128 with boxes, gausses and binomials, for the lowest R after 400 to 4,000 iterations; a factor of
 // two either way costs a few thousandths of R.
-double lowest_divisor(DistanceKind kind) {
+double lowest_divisor(DistanceKind kind, int channels) {
   switch (kind) {
     case DistanceKind::absolute:
       return 64;
     case DistanceKind::circle:
       return 256;
     default:
-      return 1024;
+      return channels <= 2 ? 1024 : 4096;
   }
 }
 
@@ -47,20 +47,20 @@ TemperatureRange temperature_range(const OptimizerSpec& optimizer) {
           optimizer.temperature_end > 0 ? optimizer.temperature_end : 2e-3};
 }
 
-// Iterations of one visit. To take a slice up costs about as much as half an iteration, with a background as much as a
-// whole one; but the temperature should not fall in too few steps.
-std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footprint) {
+// Iterations of one visit. To take a slice up costs about as much as half an iteration, and with a background as much
+// as two; but the temperature should not fall in too few steps.
+std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_background) {
   if (optimizer.method != Method::anneal) return 1;
-  const std::int64_t longest = footprint.couples_slices() ? 8 : 4;
+  const std::int64_t longest = with_background ? 16 : footprint.couples_slices() ? 8 : 4;
   if (optimizer.stop.iterations == 0) return longest;
-  return std::clamp<std::int64_t>(optimizer.stop.iterations / 64, 1, longest);
+  return std::clamp<std::int64_t>(optimizer.stop.iterations / 24, 1, longest);
 }
 
 std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
                                                   const ValueKernel& kernel, const SampleSource& source) {
   const auto own_taps = std::ssize(footprint.slices()[0].taps);
-  if (optimizer.method != Method::anneal || optimizer.precision != Precision::single ||
-      optimizer.background_rank == 0 || !footprint.factors() || footprint.num_taps() < 3 * own_taps) {
+  if (optimizer.method != Method::anneal || optimizer.precision == Precision::dual || optimizer.background_rank == 0 ||
+      !footprint.factors() || footprint.num_taps() < 3 * own_taps) {
     return std::nullopt;
   }
   return FeatureMap(kernel, optimizer.background_rank, source.list(0));
@@ -111,14 +111,15 @@ struct Engine::Impl {
         footprint(p.extents, p.filter, o.cutoff),
         kernel(make_value_kernel(p, s.channels(), s.distance())),
         features(features_between_slices(o, footprint, kernel, s)),
-        iterations_per_sweep(visit_length(o, footprint)),
+        iterations_per_sweep(visit_length(o, footprint, features.has_value())),
         stop(in_sweeps(o.stop, iterations_per_sweep)),
         layout(footprint, s.channels()),
         partition(p.extents.num_slices(), c.size()),
         halo(p.extents, coupled_offsets(score_footprint), partition, c.rank()),
         exchange(c, halo, partition),
         classes(classes_for(o.method, footprint)),
-        partners(p.extents.cells_per_slice(), lowest_divisor(s.distance()), s.distance() == DistanceKind::circle),
+        partners(p.extents.cells_per_slice(), lowest_divisor(s.distance(), s.channels()),
+                 s.distance() == DistanceKind::circle),
         permutations(static_cast<std::size_t>(partition.count(c.rank()))) {
     for (int worker = 0; worker < pool.num_threads(); ++worker) {
       auto delta = make_swap_delta(footprint, kernel, optimizer.precision, features ? &*features : nullptr);
@@ -295,7 +296,8 @@ struct Engine::Impl {
     if (!score) return;
     const double acceptance = counts[1] > 0 ? static_cast<double>(counts[0]) / static_cast<double>(counts[1]) : 0;
     state.history.push_back(
-        {static_cast<double>(iterations_before(state.sweep)), shown, acceptance, relative_error(), now});
+        {static_cast<double>(state.sweep), static_cast<double>(iterations_before(state.sweep)), shown, acceptance,
+         relative_error(), now});
     decide(moment, last);
   }
 
@@ -330,7 +332,7 @@ void Engine::start() {
   impl_->state.mean_distance = impl_->mean_distance();
   impl_->state.fraction = impl_->optimizer.fraction;
   if (impl_->optimizer.method == Method::anneal) impl_->state.mean_magnitude = impl_->mean_magnitude();
-  impl_->state.history.push_back({0, 0, 0, impl_->relative_error(), 0});
+  impl_->state.history.push_back({0, 0, 0, 0, impl_->relative_error(), 0});
 }
 
 void Engine::restore(const EngineState& state,
@@ -368,6 +370,8 @@ EngineState Engine::state() {
 const std::vector<HistoryRow>& Engine::history() const { return impl_->state.history; }
 double Engine::temperature() const { return impl_->state.temperature; }
 std::int64_t Engine::sweep() const { return impl_->state.sweep; }
+std::int64_t Engine::iterations() const { return impl_->iterations_before(impl_->state.sweep); }
+std::int64_t Engine::iterations_per_sweep() const { return impl_->iterations_per_sweep; }
 Moment Engine::moment() const { return moment_of(impl_->stop, impl_->state.sweep, impl_->state.elapsed_s); }
 double Engine::relative_error() { return impl_->relative_error(); }
 const Partition& Engine::partition() const { return impl_->partition; }

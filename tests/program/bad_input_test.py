@@ -161,7 +161,7 @@ class BadInput(ProgramTest):
         first = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=self.folder)
         try:
             for line in first.stderr:
-                if '"sweep"' in line:
+                if '"iterations"' in line:
                     break
             done = self.run_program("generate", config, "-o", "run.h5", expect=2)
             self.assertIn(str(first.pid), done.stderr)

@@ -59,7 +59,7 @@ class SameBytes(ProgramTest):
                 command = self.command("generate", config, "-o", "stopped.h5", "--resume", "--progress", "json")
             process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=self.folder)
             for line in process.stderr:
-                if '"sweep"' in line:
+                if '"iterations"' in line:
                     break  # under way
             if number in (signal.SIGTERM, signal.SIGINT) and ranks > 1:
                 number = signal.SIGUSR1  # mpirun kills its ranks soon after these two

@@ -20,7 +20,8 @@
 namespace noiseloom {
 
 struct HistoryRow {
-  double sweep = 0;           // iterations done (anneal makes several in one sweep)
+  double sweep = 0;           // sweeps done
+  double iterations = 0;      // iterations done; a sweep makes several of them
   double temperature = 0;     // of the last sweep (anneal), or gamma (fast)
   double acceptance = 0;      // swaps per candidate in it
   double relative_error = 0;  // R now
@@ -76,6 +77,8 @@ class Engine {
   const std::vector<HistoryRow>& history() const;
   double temperature() const;
   std::int64_t sweep() const;
+  std::int64_t iterations() const;  // done so far
+  std::int64_t iterations_per_sweep() const;
   Moment moment() const;
   double relative_error();  // exact, now. *Collective*
 

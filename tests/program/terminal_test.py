@@ -1,0 +1,109 @@
+"""What a person and a script see: help, plan, progress, summary, stop rules."""
+
+import json
+import re
+
+from support import ProgramTest, main
+
+CONFIG = """
+[texture]
+size    = { x = 16, y = 16, t = 6 }
+samples = "uniform"
+[filter]
+combine = "product"
+groups  = [ { axes = "xy", kernel = "box", size = 3 }, { axes = "t", kernel = "box", size = 2 } ]
+[optimizer]
+stop = { iterations = 64 }
+"""
+
+
+class Terminal(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.config = self.write("run.toml", CONFIG)
+
+    def generate(self, *arguments, **options):
+        return self.run_program("generate", self.config, "-o", "run.h5", "--overwrite", *arguments, **options)
+
+    def test_help_names_every_command_and_option(self):
+        text = self.run_program("--help").stdout
+        for word in ("generate", "plan", "info", "export", "score", "analyze", "--resume", "75"):
+            self.assertIn(word, text)
+        text = self.run_program("generate", "--help").stdout
+        for word in ("--set", "--resume", "--overwrite", "--time-limit", "--checkpoint-every", "--threads", "--progress"):
+            self.assertIn(word, text)
+        text = self.run_program("--help-config").stdout
+        for word in ("texture.size", "hemisphere-cosine", "rejection", "optimizer.stop"):
+            self.assertIn(word, text)
+        self.assertRegex(self.run_program("--version").stdout, r"^noiseloom \d+\.\d+\.\d+\n$")
+        for command in ("plan", "info", "export", "score", "analyze"):
+            self.assertIn(command, self.run_program(command, "--help").stdout)
+
+    def test_plan_counts_what_the_run_sends(self):
+        text = self.run_program("plan", self.config, "--ranks", 3).stdout
+        # box 2 reaches one slice: each rank of two slices tells both neighbours.
+        self.assertIn("6 slice updates a sweep", text)
+        self.assertRegex(text, r"rank +0 +2 slices, 2 halo slices")
+        self.assertRegex(text, r"memory +at most [\d.]+ [KM]iB a rank")
+        self.assertRegex(text, r"time +about [\d.]+ s for 64 iterations")
+        alone = self.run_program("plan", self.config, "--ranks", 3, "--set",
+                                 'filter.groups=[{axes="xy",kernel="box",size=3}]').stdout
+        self.assertIn("none: slices are not coupled", alone)
+        self.assertIn("t: off", alone)
+        self.assertFalse((self.folder / "run.h5").exists())
+
+    def test_json_progress_and_summary(self):
+        done = self.generate("--progress", "json")
+        lines = [json.loads(line) for line in done.stderr.splitlines()]
+        rows = [line for line in lines if "relative_error" in line]
+        self.assertGreater(len(rows), 1)
+        self.assertLess(rows[-1]["relative_error"], rows[0]["relative_error"])
+        for key in ("iterations", "temperature", "acceptance", "candidates_per_second", "seconds", "seconds_left"):
+            self.assertIn(key, rows[-1])
+        self.assertRegex(done.stdout, r"R +0\.\d+ +\(white noise 1")
+        self.assertIn(self.samples_checksum("run.h5"), done.stdout)
+        self.assertIn("noiseloom export run.h5", done.stdout)
+
+    def test_no_bar_without_a_terminal_and_silence_on_request(self):
+        self.assertNotIn("\r", self.generate("--progress", "auto").stderr)
+        done = self.generate("--progress", "none")
+        self.assertEqual((done.stdout, done.stderr), ("", ""))
+
+    def test_says_which_ranks_idle_and_that_nothing_is_sent(self):
+        self.assertIn("3 of 9 ranks have no slice", self.generate(ranks=9).stderr)
+        done = self.generate("--set", 'filter.groups=[{axes="xy",kernel="box",size=3}]', ranks=2)
+        self.assertIn("exchange nothing", done.stderr)
+
+    def test_history_and_stop_rules(self):
+        self.generate("--progress", "none")
+        info = self.info("run.h5")
+        self.assertEqual(info["state"]["finished"], "iterations")
+        self.assertEqual(info["history"]["iterations"][-1], 64)
+        self.assertEqual(info["history"]["iterations"][0], 0)
+        scores = info["history"]["relative_error"]
+        self.assertLess(scores[-1], 0.5)
+
+        target = scores[-1] * 1.2
+        self.generate("--progress", "none", "--set", f"optimizer.stop={{score={target}}}")
+        info = self.info("run.h5")
+        self.assertEqual(info["state"]["finished"], "score")
+        self.assertLessEqual(info["history"]["relative_error"][-1], target)
+
+        self.generate("--progress", "none", "--set", "optimizer.stop={improvement=0.1}")
+        self.assertEqual(self.info("run.h5")["state"]["finished"], "improvement")
+
+        self.generate("--progress", "none", "--set", 'optimizer.stop={time="1s"}')
+        info = self.info("run.h5")
+        self.assertEqual(info["state"]["finished"], "time")
+        self.assertGreaterEqual(info["history"]["seconds"][-1], 1)
+        self.assertLess(info["history"]["seconds"][-1], 20)
+
+    def test_text_info(self):
+        self.generate("--progress", "none")
+        text = self.run_program("info", "run.h5").stdout
+        for words in ("16 x 16 x 6", "finished after 64 iterations", "/samples", "[texture]", "provenance"):
+            self.assertIn(words, text)
+
+
+if __name__ == "__main__":
+    main()
