@@ -45,7 +45,6 @@ class DoubleDelta final : public SwapDelta {
 
   double delta(CellPair pair) const override { return change(pair.i, pair.j); }
   void swap(CellPair pair) override { own_.swap(pair.i, pair.j); }
-  const SliceField& field() const override { return own_; }
 
  private:
   double change(Cell i, Cell j) const {

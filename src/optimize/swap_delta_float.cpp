@@ -76,7 +76,6 @@ class FloatDelta final : public SwapDelta {
     fields_.swap(pair.i, pair.j);
     if (background_) background_->swap(pair);
   }
-  const SliceField& field() const override { return fields_.own(); }
 
   double delta(CellPair pair) const override {
     const DeltaFields::Position at_i = fields_.position(pair.i);

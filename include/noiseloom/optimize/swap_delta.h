@@ -36,15 +36,13 @@ class SwapDelta {
   virtual double delta(CellPair pair) const = 0;
   // Carries the swap out in the copy.
   virtual void swap(CellPair pair) = 0;
-  // The bound slice as it is now.
-  virtual const SliceField& field() const = 0;
 };
 
 // dual: double, from the definitions. single: float, vectorised; the same bits on every machine. Float resolves angles
 // between directions to 4e-7, but to 4e-4 only where they nearly agree or oppose.
 //
-// between_slices: where given, slices other than the moving one act through these features (single only; requires
-// footprint.factors()); otherwise through all their taps. Footprint and map must outlive the object.
+// between_slices: where given, slices other than the moving one act through these features (dual takes all taps all the
+// same; requires footprint.factors()); otherwise through all their taps. Footprint and map must outlive the object.
 std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision,
                                            const FeatureMap* between_slices = nullptr);
 
