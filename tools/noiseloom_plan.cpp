@@ -8,7 +8,7 @@
 #include "noiseloom/dist/halo_plan.h"
 #include "noiseloom/io/config.h"
 #include "noiseloom/optimize/colour_classes.h"
-#include "noiseloom/optimize/slice_mover.h"
+#include "noiseloom/optimize/engine.h"
 #include "noiseloom/problem/sample_space.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_progress.h"
@@ -27,29 +27,33 @@ std::string bytes_text(double bytes) {
   return fmt::format("{:.4g} TiB", bytes);
 }
 
-// Seconds for one candidate on this machine, one thread: measured on slice 0 against copies of itself.
+// Seconds for one candidate on this machine, one thread, with its share of taking the slice up: measured on slice 0
+// against copies of itself.
 double seconds_per_candidate(const RunConfig& config, const SampleSource& source, const Footprint& footprint) {
   const ProblemSpec& problem = config.problem;
-  const FieldLayout layout(footprint, source.channels());
-  SliceField field(layout);
-  const auto ids = start_permutation(problem.seed, 0, problem.extents.cells_per_slice());
-  field.fill(ids, source.list(0));
-  const auto delta = make_swap_delta(footprint, make_value_kernel(problem, source.channels(), source.distance()),
-                                     config.optimizer.precision);
-  delta->bind(0, field, [&field](SliceIndex) -> const SliceField& { return field; });
+  SliceField field(FieldLayout(footprint, source.channels()));
+  field.fill(start_permutation(problem.seed, 0, problem.extents.cells_per_slice()), source.list(0));
+  const ValueKernel kernel = make_value_kernel(problem, source.channels(), source.distance());
+  const std::optional<FeatureMap> features = features_between_slices(config.optimizer, footprint, kernel, source);
+  const auto delta = make_swap_delta(footprint, kernel, config.optimizer.precision, features ? &*features : nullptr);
   const auto begun = std::chrono::steady_clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); };
+  delta->bind(0, field, [&field](SliceIndex) -> const SliceField& { return field; });
+  const double bound_s = elapsed();
   const auto cells = static_cast<std::uint64_t>(problem.extents.cells_per_slice());
   std::uint64_t candidates = 0;
   double sum = 0;
-  while (cells > 1 && elapsed() < 0.3) {
+  while (cells > 1 && elapsed() < bound_s + 0.3) {
     for (int k = 0; k < 64; ++k, ++candidates) {
       const auto i = static_cast<std::uint32_t>(candidates * 7919 % cells);
       const auto j = static_cast<std::uint32_t>((candidates * 7919 + 1) % cells);
       sum += delta->delta({i, j});
     }
   }
-  return candidates > 0 && sum == sum ? elapsed() / static_cast<double>(candidates) : 0;
+  if (candidates == 0 || sum != sum) return 0;
+  const auto visit = visit_length(config.optimizer, footprint, features.has_value());
+  const double visit_candidates = static_cast<double>(visit) * static_cast<double>(cells) / 2;
+  return (elapsed() - bound_s) / static_cast<double>(candidates) + bound_s / visit_candidates;
 }
 
 struct RankPlan {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
-#include <optional>
 
 #include "noiseloom/optimize/colour_classes.h"
 #include "noiseloom/problem/score.h"
@@ -66,11 +65,15 @@ std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer
   return FeatureMap(kernel, optimizer.background_rank, source.list(0));
 }
 
+namespace {
+
 // The schedule in sweeps, of `per_sweep` iterations each (the last may be shorter).
 StopSpec in_sweeps(StopSpec stop, std::int64_t per_sweep) {
   stop.iterations = (stop.iterations + per_sweep - 1) / per_sweep;
   return stop;
 }
+
+}  // namespace
 
 struct Engine::Impl {
   const ProblemSpec& problem;
@@ -295,9 +298,8 @@ struct Engine::Impl {
     }
     if (!score) return;
     const double acceptance = counts[1] > 0 ? static_cast<double>(counts[0]) / static_cast<double>(counts[1]) : 0;
-    state.history.push_back(
-        {static_cast<double>(state.sweep), static_cast<double>(iterations_before(state.sweep)), shown, acceptance,
-         relative_error(), now});
+    state.history.push_back({static_cast<double>(state.sweep), static_cast<double>(iterations_before(state.sweep)),
+                             shown, acceptance, relative_error(), now});
     decide(moment, last);
   }
 

@@ -7,11 +7,13 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/dist/halo_exchange.h"
+#include "noiseloom/optimize/feature_map.h"
 #include "noiseloom/optimize/schedule.h"
 #include "noiseloom/optimize/slice_mover.h"
 #include "noiseloom/problem/sample_space.h"
@@ -49,6 +51,13 @@ struct TemperatureRange {
   double end;
 };
 TemperatureRange temperature_range(const OptimizerSpec& optimizer);
+
+// The low-rank background of slices that are coupled by a product; nothing where taps are exact (other filters, double
+// precision, rank 0, or so few taps between slices that features would cost more).
+std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
+                                                  const ValueKernel& kernel, const SampleSource& source);
+// Iterations that one visit of a slice makes.
+std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_background);
 
 class Engine {
  public:
