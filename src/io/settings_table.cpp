@@ -251,6 +251,14 @@ std::span<const Setting> all() {
        .sentence = "Taps of the overlap below this fraction of the largest are left out of the energy, never out of R.",
        .field = [](const Target& t) -> Field { return &t.config->optimizer.cutoff; },
        .range = at_least(0, 0.5)},
+      {.key = "optimizer.background_rank",
+       .type = Type::integer,
+       .sentence =
+           "Product filters over slices: features that stand for the other slices, so that a deep filter costs no more "
+           "than a shallow one. 0: every tap, exactly, as with precision \"double\".",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.background_rank; },
+       .range = at_least(0, 64),
+       .when = with_method("anneal")},
       {.key = "optimizer.temperature",
        .type = Type::table,
        .sentence = "The temperatures of annealing; those left out are found from the problem.",

@@ -49,6 +49,7 @@ void expect_equal(const RunConfig& a, const RunConfig& b) {
   EXPECT_EQ(a.optimizer.stop.improvement, b.optimizer.stop.improvement);
   EXPECT_EQ(a.optimizer.precision, b.optimizer.precision);
   EXPECT_EQ(a.optimizer.cutoff, b.optimizer.cutoff);
+  EXPECT_EQ(a.optimizer.background_rank, b.optimizer.background_rank);
   EXPECT_EQ(a.optimizer.temperature_start, b.optimizer.temperature_start);
   EXPECT_EQ(a.optimizer.temperature_end, b.optimizer.temperature_end);
   EXPECT_EQ(a.optimizer.fraction, b.optimizer.fraction);
@@ -188,7 +189,7 @@ TEST(Config, RoundTripsExactlyForEverySampleSpaceKernelAndNumber) {
     text.energy = i % 3 == 0 ? "value_kernel = \"stbn\"\nsigma_s = 0.7" : "";
     text.optimizer = "stop = { " + stops[i / samples.size() / kernels.size()] + " }\n" +
                      (i % 4 == 0 ? "method = \"fast\"\nfraction = 0.3\ngrow_fraction = false"
-                                 : "cutoff = 0.1\ntemperature = { start = 3, end = 1e-7 }");
+                                 : "cutoff = 0.1\nbackground_rank = 5\ntemperature = { start = 3, end = 1e-7 }");
     expect_round_trip(parsed(text.text()));
   }
 }
@@ -225,6 +226,7 @@ method = "anneal"
 stop = { iterations = 11 }
 precision = "float"
 cutoff = 0.0
+background_rank = 16
 )");
 }
 
@@ -352,6 +354,7 @@ TEST(DescribeSettings, NamesEveryKeyThatAConfigCanHold) {
                           "optimizer.stop.improvement",
                           "optimizer.precision",
                           "optimizer.cutoff",
+                          "optimizer.background_rank",
                           "optimizer.temperature.start",
                           "optimizer.temperature.end",
                           "optimizer.fraction",
