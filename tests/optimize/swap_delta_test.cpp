@@ -84,7 +84,7 @@ TEST_P(SwapDeltaOfSpace, IsTheChangeOfTheEnergyInFloat) {
   }
 }
 
-// dE of every pair of one slice, as bits, on one instruction set.
+// dE of pairs that touch every cell of one slice, on one instruction set.
 std::vector<double> all_deltas(const FilterCase& filter, const DeltaCase& delta_case, std::int64_t target) {
   hwy::SetSupportedTargetsForTest(target);
   const Footprint footprint(filter.extents, filter.filter);
@@ -95,7 +95,9 @@ std::vector<double> all_deltas(const FilterCase& filter, const DeltaCase& delta_
   delta->bind(0, texture.field(0), texture.field_of());
   std::vector<double> values;
   for (Cell i = 0; i < filter.extents.cells_per_slice(); ++i) {
-    for (Cell j = 0; j < i; ++j) values.push_back(delta->delta(test::pair(i, j)));
+    for (const Cell j : {i / 2, i - 1}) {
+      if (j >= 0) values.push_back(delta->delta(test::pair(i, j)));
+    }
   }
   return values;
 }
