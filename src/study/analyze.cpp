@@ -185,7 +185,7 @@ class Analysis {
       plot.lines.push_back(
           line_of(radial_average(filter_response(footprint)), "filter lets through", PlotLine::Style::second));
     } else {
-      text = "Power missing at low frequencies is error that a filter removes.";
+      text = "A blur removes high frequencies; power at low ones stays in the image as error.";
     }
     const std::string svg = plot_svg(plot);
     output_.write(path("spectrum_xy.svg"), svg);
