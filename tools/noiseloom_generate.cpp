@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <charconv>
 #include <chrono>
 #include <ctime>
 #include <filesystem>
@@ -29,6 +30,8 @@ struct Options {
   int threads = 0;
   std::string progress = "auto";
 };
+
+constexpr int most_threads = 1024;
 
 // Bits that the ranks tell each other at every safe point.
 constexpr std::uint32_t stop_bit = 1;
@@ -61,6 +64,7 @@ std::optional<int> parse_command_line(int argc, char** argv, bool is_root, Optio
   app.name("noiseloom generate");
   std::string time_limit;
   std::string checkpoint_every;
+  std::string threads;
   app.add_option("CONFIG", options.config, "what to make (TOML; every setting: noiseloom --help-config)")->required();
   app.add_option("-o,--output", options.output, "run file to write (HDF5)")->required();
   app.add_option("--set", options.overrides, "override a setting: --set texture.seed=2 (repeatable)")
@@ -70,8 +74,7 @@ std::optional<int> parse_command_line(int argc, char** argv, bool is_root, Optio
   app.add_flag("--overwrite", options.overwrite, "replace an existing run file");
   app.add_option("--time-limit", time_limit, "save and stop after this long (2h, 90m, 30s), exit 75; --resume goes on");
   app.add_option("--checkpoint-every", checkpoint_every, "save this often (default 10m)");
-  app.add_option("--threads", options.threads,
-                 "threads of each rank (default: the node's processors shared by its ranks)");
+  app.add_option("--threads", threads, "threads of each rank (default: the node's processors shared by its ranks)");
   app.add_option("--progress", options.progress, "auto, plain, json or none");
   app.footer(
       "Under MPI: mpirun -n 4 noiseloom generate CONFIG -o RUN.h5. SIGUSR1, SIGUSR2, SIGTERM and SIGINT save at the "
@@ -87,8 +90,12 @@ std::optional<int> parse_command_line(int argc, char** argv, bool is_root, Optio
   }
   if (!time_limit.empty()) options.time_limit_s = parse_seconds("--time-limit", time_limit);
   if (!checkpoint_every.empty()) options.checkpoint_every_s = parse_seconds("--checkpoint-every", checkpoint_every);
-  if (options.threads < 0) {
-    throw UserError("command line", fmt::format("--threads {}: must be at least 1", options.threads));
+  if (!threads.empty()) {
+    const auto [end, error] = std::from_chars(threads.data(), threads.data() + threads.size(), options.threads);
+    if (error != std::errc() || end != threads.data() + threads.size() || options.threads < 1 ||
+        options.threads > most_threads) {
+      throw UserError("command line", fmt::format("--threads {}: must be from 1 to {}", threads, most_threads));
+    }
   }
   if (options.resume && options.overwrite) {
     throw UserError("command line", "--resume and --overwrite exclude each other");

@@ -7,6 +7,8 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -41,6 +43,15 @@ struct ThreadPool::Impl {
     }
   }
 
+  void join() {
+    {
+      const std::lock_guard lock(mutex);
+      quit = true;
+    }
+    wake.notify_all();
+    for (std::thread& thread : threads) thread.join();
+  }
+
   void run_worker(int worker) {
     std::uint64_t seen = 0;
     for (;;) {
@@ -59,19 +70,17 @@ struct ThreadPool::Impl {
 
 ThreadPool::ThreadPool(int num_threads) : impl_(std::make_unique<Impl>()) {
   NOISELOOM_CHECK_LE(1, num_threads);
-  for (int worker = 1; worker < num_threads; ++worker) {
-    impl_->threads.emplace_back([this, worker] { impl_->run_worker(worker); });
+  try {
+    for (int worker = 1; worker < num_threads; ++worker) {
+      impl_->threads.emplace_back([impl = impl_.get(), worker] { impl->run_worker(worker); });
+    }
+  } catch (const std::system_error& error) {
+    impl_->join();
+    throw EnvironmentError("cannot start " + std::to_string(num_threads) + " threads: " + error.what());
   }
 }
 
-ThreadPool::~ThreadPool() {
-  {
-    const std::lock_guard lock(impl_->mutex);
-    impl_->quit = true;
-  }
-  impl_->wake.notify_all();
-  for (std::thread& thread : impl_->threads) thread.join();
-}
+ThreadPool::~ThreadPool() { impl_->join(); }
 
 int ThreadPool::num_threads() const { return static_cast<int>(impl_->threads.size()) + 1; }
 

@@ -67,7 +67,7 @@ class BadInput(ProgramTest):
         self.assertIn("--frobnicate", self.run_program("generate", "a.toml", "-o", "x.h5", "--frobnicate", expect=2).stderr)
         self.assertIn('"generate"', self.run_program("genrate", expect=2).stderr)
         config = self.write("good.toml", GOOD)
-        for option in (("--time-limit", "soon"), ("--threads", "-1"), ("--progress", "loud"), ("--resume", "--overwrite")):
+        for option in (("--time-limit", "soon"), ("--threads", "-1"), ("--threads", "100000"), ("--threads", "two"), ("--progress", "loud"), ("--resume", "--overwrite")):
             done = self.run_program("generate", config, "-o", "x.h5", *option, expect=2)
             self.assertIn(option[0], done.stderr)
         self.assertFalse((self.folder / "x.h5").exists())
