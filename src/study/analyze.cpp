@@ -239,7 +239,7 @@ class Analysis {
         csv += fmt::format("{}{}", file_.history[c].second[row], c + 1 == file_.history.size() ? "\n" : ",");
     output_.write(path("convergence.csv"), csv);
     ReportSection section{"Convergence", "", {}};
-    for (const auto& [name, label] : {std::pair{"sweep", "sweeps"}, std::pair{"seconds", "seconds"}}) {
+    for (const auto& [name, label] : {std::pair{"iterations", "iterations"}, std::pair{"seconds", "seconds"}}) {
       const std::vector<double>* const x = column(name);
       if (x == nullptr || x->back() <= 0) continue;
       const Plot plot{fmt::format("R against {}", label),
