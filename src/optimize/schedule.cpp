@@ -8,7 +8,6 @@ namespace noiseloom {
 namespace {
 
 constexpr std::int64_t first_round = 100;
-constexpr std::int64_t scores_per_round = 50;
 
 }  // namespace
 
@@ -37,7 +36,7 @@ double temperature_at(double start, double end, double fraction) {
   return start * math::exp(fraction * math::log(end / start));
 }
 
-bool score_due(const Moment& moment) {
+bool score_due(const Moment& moment, std::int64_t scores_per_round) {
   if (moment.ends_round()) return true;
   const std::int64_t every = std::max<std::int64_t>(1, moment.round_length / scores_per_round);
   return moment.sweep_in_round % every == every - 1;

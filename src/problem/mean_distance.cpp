@@ -7,7 +7,7 @@
 // In sum_A (n_A/N)^2 m_AA + (1 - sum_A (n_A/N)^2) <m_AB over neighbours on a ring>, blocks of equal size cancel every
 // term of first order. What is left are the m(e_A, e_B) of the neighbours: of mean nearly zero and, for samples without
 // any order, of standard deviation c m / n_A, so the relative error is c / sqrt(pairs looked at); c = 0.63 for a line,
-// less in more dimensions. With 2^34 pairs: 5e-6. The test FromBlocksIsUnbiasedWithinTheStatedError measures 0.84 to
+// less in more dimensions. With 2^31 pairs: 1.4e-5. The test FromBlocksIsUnbiasedWithinTheStatedError measures 0.84 to
 // 1.21 of it. Stratified lists do far better, as blocks are dealt from groups of samples that are next to each other in
 // the list and so are stratified too: 0.0011 of it at most on a line (FromBlocksOfStratifiedListsIsFarMoreExact).
 #include <vector>

@@ -48,8 +48,8 @@ TEST(Schedule, ScoresAboutFiftyTimesAndAtTheEnd) {
     StopSpec stop;
     stop.iterations = iterations;
     int scores = 0;
-    for (std::int64_t sweep = 0; sweep < iterations; ++sweep) scores += score_due(moment_of(stop, sweep, 0));
-    EXPECT_TRUE(score_due(moment_of(stop, iterations - 1, 0)));
+    for (std::int64_t sweep = 0; sweep < iterations; ++sweep) scores += score_due(moment_of(stop, sweep, 0), 50);
+    EXPECT_TRUE(score_due(moment_of(stop, iterations - 1, 0), 50));
     EXPECT_GE(scores, std::min<std::int64_t>(iterations, 50));
     EXPECT_LE(scores, 101);
   }

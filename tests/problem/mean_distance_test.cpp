@@ -183,8 +183,8 @@ TEST(MeanDistance, KnowsWhereItIsExactWithoutAllocating) {
   const std::int64_t huge = std::int64_t{1} << 32;
   EXPECT_TRUE(MeanDistance(DistanceKind::absolute, 1, 1 << 20, 64).exact());
   EXPECT_FALSE(MeanDistance(DistanceKind::circle, 1, 1 << 20, 65).exact());
-  EXPECT_TRUE(MeanDistance(DistanceKind::angle, 3, 1 << 14, 16).exact());
-  EXPECT_FALSE(MeanDistance(DistanceKind::angle, 3, 1 << 14, 17).exact());
+  EXPECT_TRUE(MeanDistance(DistanceKind::angle, 3, 1 << 14, 2).exact());
+  EXPECT_FALSE(MeanDistance(DistanceKind::angle, 3, 1 << 14, 3).exact());
   const MeanDistance largest(DistanceKind::euclidean, 2, huge, 1024);
   EXPECT_FALSE(largest.exact());
   EXPECT_EQ(largest.num_tasks(), 1024);

@@ -28,7 +28,8 @@ Moment moment_of(const StopSpec& stop, std::int64_t sweep, double elapsed_s);
 // start > 0, end > 0; bit-stable.
 double temperature_at(double start, double end, double fraction);
 
-// Whether R is evaluated after the sweep that began at `moment`: about 50 times a round, and at its end.
-bool score_due(const Moment& moment);
+// Whether R is evaluated after the sweep that began at `moment`: about `scores_per_round` times, and at the round's
+// end.
+bool score_due(const Moment& moment, std::int64_t scores_per_round);
 
 }  // namespace noiseloom

@@ -34,7 +34,7 @@ double weighted_distance_sum(const Footprint& footprint, DistanceKind kind, int 
                              const SliceValues& values, PairEnds ends = PairEnds::both);
 
 // m, split into tasks so that ranks and threads can share them: m is the sum of what the tasks return, added up in
-// order by combine(). Exact (all n^2 pairs) for scalars and circles up to 2^26 cells, and for other spaces up to 2^36
+// order by combine(). Exact (all n^2 pairs) for scalars and circles up to 2^26 cells, and for other spaces up to 2^31
 // pairs; beyond, exact in first order, from all pairs inside blocks and between neighbouring blocks of a random
 // division of each slice (error stated in mean_distance.cpp).
 class MeanDistance {
