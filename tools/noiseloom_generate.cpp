@@ -136,7 +136,7 @@ std::unique_ptr<RunFileReader> open_saved(const std::string& path, Progress& pro
     throw UserError("", trouble + "\n" + error.what());
   }
   fell_back = true;
-  progress.say(fmt::format("WARNING: {}\nWARNING: going on from the generation before it, {}", trouble, previous));
+  progress.warn(fmt::format("{}; going on from the generation before it, {}", trouble, previous));
   return reader;
 }
 
@@ -147,6 +147,16 @@ void refuse_other_config(const RunFileReader& reader, const std::string& path, c
   faults.push_back(
       {path, "made from another config; resume with that one (noiseloom info shows it), or choose another output"});
   throw UserError(faults);
+}
+
+// Before anything is locked or moved: what stands there must be a run file, if anything does.
+void refuse_unfit_output(const std::string& path) {
+  if (path.empty()) throw UserError("command line", "-o: the name of the run file is empty");
+  if (!std::filesystem::exists(path)) return;
+  if (!std::filesystem::is_regular_file(path)) throw UserError(path, "is not a file; choose another output");
+  if (std::filesystem::file_size(path) > 0 && !looks_like_run_file(path)) {
+    throw UserError(path, "is not a run file of noiseloom, and is not replaced; choose another output");
+  }
 }
 
 class Run {
@@ -165,7 +175,7 @@ class Run {
   std::uint32_t bits_due() const;
   std::string save();
   void greet() const;
-  void summarise(const std::string& checksum, std::int64_t candidates);
+  void summarise(const std::string& checksum, std::int64_t candidates, std::int64_t bytes, std::int64_t messages);
   double part_s() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count(); }
   double run_s() const { return earlier_s_ + part_s(); }
   std::map<std::string, Attribute> provenance() const;
@@ -208,10 +218,10 @@ void Run::load() {
 void Run::claim_output() {
   communicator_.on_root([&] {
     const std::string& path = options_.output;
+    refuse_unfit_output(path);
     lock_ = std::make_unique<RunLock>(path);
     if (!lock_->enforced())
-      progress_->say(
-          fmt::format("WARNING: {}: this file system has no locks; see that no second run writes here", path));
+      progress_->warn(fmt::format("{}: this file system has no locks; see that no second run writes here", path));
     remove_stale_temporaries(posix_file_ops(), path);
     if (options_.resume) {
       saved_ = open_saved(path, *progress_, fell_back_);
@@ -233,8 +243,9 @@ void Run::claim_output() {
 void Run::prepare() {
   const int on_node = communicator_.ranks_on_node();
   threads_ = options_.threads > 0 ? options_.threads : std::max(1, num_available_processors() / on_node);
-  pool_ = std::make_unique<ThreadPool>(threads_);
-  engine_ = std::make_unique<Engine>(config_.problem, config_.optimizer, *source_, communicator_, *pool_);
+  communicator_.together([&] { pool_ = std::make_unique<ThreadPool>(threads_); });
+  communicator_.together(
+      [&] { engine_ = std::make_unique<Engine>(config_.problem, config_.optimizer, *source_, communicator_, *pool_); });
   greet();
   const bool resumed = communicator_.any_bits(saved_ ? 1U : 0U) != 0;
   if (!resumed) return engine_->start();
@@ -314,7 +325,7 @@ int Run::loop() {
   return exit_done;
 }
 
-void Run::summarise(const std::string& checksum, std::int64_t candidates) {
+void Run::summarise(const std::string& checksum, std::int64_t candidates, std::int64_t bytes, std::int64_t messages) {
   progress_->end();
   if (options_.progress == "none" || !communicator_.is_root()) return;
   const HistoryRow& last = engine_->history().back();
@@ -325,6 +336,10 @@ void Run::summarise(const std::string& checksum, std::int64_t candidates) {
   fmt::print("effort       {} iterations, {:.3g} candidates in this part, {}\n", engine_->iterations(),
              static_cast<double>(candidates), duration_text(run_s()));
   fmt::print("stopped by   {}\n", engine_->finished_by());
+  if (communicator_.size() > 1) {
+    fmt::print("exchange     {} messages, {:.3g} MB between ranks in this part\n", messages,
+               static_cast<double>(bytes) / 1e6);
+  }
   fmt::print("file         {}   /samples {}\n", options_.output, checksum);
   fmt::print("next         noiseloom export {} -o {}\n", options_.output, stem);
 }
@@ -338,7 +353,7 @@ int Run::run() {
   std::int64_t totals[] = {engine_->candidates_done(), engine_->bytes_sent(), engine_->messages_sent()};
   communicator_.sum(totals);
   const std::string checksum = already_done_ ? stored_checksum_ : save();
-  summarise(checksum, totals[0]);
+  summarise(checksum, totals[0], totals[1], totals[2]);
   return exit_done;
 }
 
@@ -350,13 +365,19 @@ int run_generate(int& argc, char**& argv) {
   install_signals();
   try {
     Options options;
-    if (const auto status = parse_command_line(argc - 1, argv + 1, communicator.is_root(), options)) return *status;
-    return Run(options, communicator).run();
-  } catch (const UserError& error) {
+    std::optional<int> status;
+    communicator.together([&] { status = parse_command_line(argc - 1, argv + 1, communicator.is_root(), options); });
+    return status ? *status : Run(options, communicator).run();
+  } catch (const SharedUserError& error) {
     if (communicator.is_root()) print_faults(error.what());
     return exit_user;
-  } catch (const EnvironmentError& error) {
+  } catch (const SharedEnvironmentError& error) {
     if (communicator.is_root()) fmt::print(stderr, "noiseloom generate: {}\n", error.what());
+    return exit_environment;
+  } catch (const std::exception& error) {
+    // This rank alone: the others wait for it in some exchange.
+    fmt::print(stderr, "noiseloom generate: rank {}: {}\n", communicator.rank(), error.what());
+    if (communicator.size() > 1) communicator.abort(exit_environment);
     return exit_environment;
   }
 }

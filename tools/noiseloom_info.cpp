@@ -11,19 +11,6 @@
 namespace noiseloom {
 namespace {
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (c == '\n') {
-      out += "\\n";
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
-}
-
 std::string text_of(const Attribute& value) {
   return std::visit(
       [](const auto& held) {
@@ -36,13 +23,13 @@ std::string text_of(const Attribute& value) {
 }
 
 std::string json_of(const Attribute& value) {
-  return std::holds_alternative<std::string>(value) ? quoted(std::get<std::string>(value)) : text_of(value);
+  return std::holds_alternative<std::string>(value) ? json_string(std::get<std::string>(value)) : text_of(value);
 }
 
 std::string json_object(const std::map<std::string, Attribute>& attributes) {
   std::string out;
   for (const auto& [name, value] : attributes) {
-    out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", quoted(name), json_of(value));
+    out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", json_string(name), json_of(value));
   }
   return "{" + out + "}";
 }
@@ -50,21 +37,22 @@ std::string json_object(const std::map<std::string, Attribute>& attributes) {
 void print_json(const RunFileContent& content) {
   std::string sizes;
   for (int axis = 0; axis < content.extents.num_axes(); ++axis) {
-    sizes +=
-        fmt::format("{}{}: {}", axis == 0 ? "" : ", ", quoted(content.extents.name(axis)), content.extents.size(axis));
+    sizes += fmt::format("{}{}: {}", axis == 0 ? "" : ", ", json_string(content.extents.name(axis)),
+                         content.extents.size(axis));
   }
   std::string history;
   for (const auto& [column, values] : content.history) {
-    history += fmt::format("{}{}: [{}]", history.empty() ? "" : ", ", quoted(column), fmt::join(values, ", "));
+    history += fmt::format("{}{}: [{}]", history.empty() ? "" : ", ", json_string(column), fmt::join(values, ", "));
   }
   std::string checksums;
   for (const auto& [dataset, digest] : content.checksums) {
-    checksums += fmt::format("{}{}: {}", checksums.empty() ? "" : ", ", quoted(dataset), quoted(digest));
+    checksums += fmt::format("{}{}: {}", checksums.empty() ? "" : ", ", json_string(dataset), json_string(digest));
   }
   fmt::print(
       "{{\"size\": {{{}}}, \"state\": {}, \"checksums\": {{{}}}, \"history\": {{{}}}, \"provenance\": {}, \"config\": "
       "{}}}\n",
-      sizes, json_object(content.state), checksums, history, json_object(content.provenance), quoted(content.config));
+      sizes, json_object(content.state), checksums, history, json_object(content.provenance),
+      json_string(content.config));
 }
 
 void print_history(const EngineState& state) {

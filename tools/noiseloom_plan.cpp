@@ -120,7 +120,10 @@ void Plan::print_exchange(std::int64_t messages) const {
   } else if (partition_.num_ranks() == 1) {
     fmt::print("exchange   none: one rank\n");
   } else {
-    const double swaps = typical_acceptance * static_cast<double>(extents_.cells_per_slice()) / 2;
+    const ValueKernel kernel = make_value_kernel(config_.problem, source_.channels(), source_.distance());
+    const bool background = features_between_slices(config_.optimizer, footprint_, kernel, source_).has_value();
+    const auto iterations = static_cast<double>(visit_length(config_.optimizer, footprint_, background));
+    const double swaps = iterations * typical_acceptance * static_cast<double>(extents_.cells_per_slice()) / 2;
     fmt::print("exchange   {} slice updates a sweep, about {} (8 B a swap, {:.0f} % of the candidates)\n", messages,
                bytes_text(static_cast<double>(messages) * swaps * 8), 100 * typical_acceptance);
   }
@@ -153,7 +156,10 @@ void Plan::print() const {
   const double each =
       seconds_per_candidate(config_, source_, Footprint(extents_, config_.problem.filter, config_.optimizer.cutoff));
   const double sweep = each * static_cast<double>(extents_.num_cells()) / 2;
-  const auto classes = config_.optimizer.method == Method::anneal ? colour_classes(footprint_).size() : 1;
+  const auto classes =
+      config_.optimizer.method == Method::anneal
+          ? colour_classes(Footprint(extents_, config_.problem.filter, config_.optimizer.cutoff)).size()
+          : 1;
   const double busy =
       std::min<double>(ranks, static_cast<double>(extents_.num_slices()) / static_cast<double>(classes));
   fmt::print("speed      {:.3g} us a candidate, measured here on one thread; {} colour class{}\n", each * 1e6, classes,

@@ -42,6 +42,19 @@ std::string duration_text(double seconds) {
   return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
 }
 
+std::string json_string(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (static_cast<unsigned char>(c) < 0x20) {
+      out += fmt::format("\\u{:04x}", static_cast<int>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
 struct Progress::Figures {
   std::int64_t iterations;
   std::int64_t of;     // 0: not known
@@ -119,10 +132,16 @@ void Progress::say(const std::string& line) {
   if (kind_ == ProgressKind::none) return;
   end();
   if (kind_ == ProgressKind::json) {
-    fmt::print(stderr, "{{\"message\": \"{}\"}}\n", line);
+    fmt::print(stderr, "{{\"message\": {}}}\n", json_string(line));
   } else {
     fmt::print(stderr, "{}\n", line);
   }
+}
+
+void Progress::warn(const std::string& line) {
+  if (kind_ == ProgressKind::json) return say("WARNING: " + line);
+  end();
+  fmt::print(stderr, "WARNING: {}\n", line);
 }
 
 void Progress::end() {

@@ -14,7 +14,8 @@ enum class ProgressKind { bar, plain, json, none };
 // plain lines. Throws UserError for another word than auto, plain, json, none.
 ProgressKind progress_kind(const std::string& word);
 
-std::string duration_text(double seconds);  // "7.2 s", "3 min 5 s", "2 h 14 min"
+std::string json_string(const std::string& text);  // quoted and escaped
+std::string duration_text(double seconds);         // "7.2 s", "3 min 5 s", "2 h 14 min"
 
 class Progress {
  public:
@@ -24,6 +25,8 @@ class Progress {
   void update(const Engine& engine, std::int64_t candidates, double seconds, double part_s);
   // A line that interrupts the bar.
   void say(const std::string& line);
+  // The same, but said whatever the kind: what a user must not miss.
+  void warn(const std::string& line);
   void end();
 
  private:

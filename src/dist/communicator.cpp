@@ -67,8 +67,8 @@ void check_mpi(int code, const char* what) {
 }
 
 MpiSession::MpiSession(int& argc, char**& argv) {
-  // Without a launcher Open MPI starts a daemon for spawning, which nothing here does: it takes half a second, and files and
-  // signals of its own.
+  // Without a launcher Open MPI starts a daemon for spawning, which nothing here does: it takes half a second, and
+  // files and signals of its own.
   if (std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr) setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
   int provided = 0;
   check_mpi(MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided), "MPI_Init_thread");
@@ -107,6 +107,11 @@ int Communicator::ranks_on_node() const {
   MPI_Comm_size(node, &count);
   MPI_Comm_free(&node);
   return count;
+}
+
+void Communicator::abort(int status) const {
+  MPI_Abort(impl_->comm, status);
+  std::abort();
 }
 
 void Communicator::barrier() const { check_mpi(MPI_Barrier(impl_->comm), "MPI_Barrier"); }
@@ -163,8 +168,8 @@ void Communicator::agree(std::exception_ptr own) const {
   check_mpi(MPI_Bcast(&length, 1, MPI_UINT64_T, first, impl_->comm), "MPI_Bcast");
   message.resize(length);
   check_mpi(MPI_Bcast(message.data(), narrow<int>(length), MPI_BYTE, first, impl_->comm), "MPI_Bcast");
-  if (message.front() == 'u') throw UserError("", message.substr(1));
-  throw EnvironmentError(message.substr(1));
+  if (message.front() == 'u') throw SharedUserError("", message.substr(1));
+  throw SharedEnvironmentError(message.substr(1));
 }
 
 void Communicator::together(const std::function<void()>& body) const {

@@ -25,7 +25,7 @@ constexpr Word distance_table[] = {
     {"absolute", "|a - b| (one channel)", "abs scalar"},
     {"circle", "around a circle of circumference 1 (one channel)", "toroidal wrap"},
     {"euclidean", "length of the difference", "l2 length"},
-    {"angle", "angle between unit vectors (three channels)", "sphere angular"},
+    {"angle", "angle between unit vectors (two to four channels)", "sphere angular"},
 };
 
 constexpr Word combine_table[] = {

@@ -78,7 +78,10 @@ void check_distance(DistanceKind distance, std::int64_t channels, const std::str
     throw UserError(path, fmt::format("{} channels, but the distance \"circle\" is for 1", channels));
   }
   if (channels < 2 && distance == DistanceKind::angle) {
-    throw UserError(path, "1 channel, but the distance \"angle\" is for 2 and more");
+    throw UserError(path, "1 channel, but the distance \"angle\" is for 2 to 4");
+  }
+  if (channels > 4 && distance == DistanceKind::angle) {
+    throw UserError(path, fmt::format("{} channels, but the distance \"angle\" is for 2 to 4", channels));
   }
 }
 

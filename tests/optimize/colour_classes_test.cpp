@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <set>
 
@@ -77,13 +78,29 @@ TEST(ColourClasses, ShortReachNeedsNoMoreThanItsOwnDistance) {
   }
 }
 
+// A running mean over all frames: every slice weighs as much as the own one, so at most two may move at once.
 TEST(ColourClasses, FlatCouplingLeavesFewSlicesTogether) {
-  // A running mean over all frames: every slice weighs as much as the own one.
-  std::vector<double> flat(64, 1.0);
-  const std::int64_t stride = class_stride(flat);
-  EXPECT_LE(64 / stride - 1, 1.6);
-  EXPECT_EQ(class_stride({1, 0, 0, 0}), 1);
-  EXPECT_EQ(class_stride({1}), 1);
+  for (const auto& members : colour_classes(footprint({3, 3, 64}, {box({0, 1}, 3), box({2}, 64)}))) {
+    EXPECT_LE(members.size(), 2U);
+  }
+}
+
+// Over two axes the couplings multiply; what counts is their sum over all members of a class.
+TEST(ColourClasses, CouplingIsLimitedOverAllAxesTogether) {
+  for (const int size : {4, 8, 10}) {
+    const Footprint f = footprint({3, 3, 16, 16}, {box({0, 1}, 3), box({2, 3}, size)});
+    double own = f.weight_zero();
+    for (const PlaneTap& tap : f.slices()[0].taps) own += tap.weight;
+    for (const auto& members : colour_classes(f)) {
+      double others = 0;
+      for (const SliceTaps& taps : f.slices()) {
+        const SliceIndex other = f.extents().slice_at(members[0], taps.offset);
+        if (other == members[0] || std::find(members.begin(), members.end(), other) == members.end()) continue;
+        for (const PlaneTap& tap : taps.taps) others += tap.weight;
+      }
+      EXPECT_LE(others, 1.6 * own) << size;
+    }
+  }
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "noiseloom/core/error.h"
 #include "noiseloom/dist/partition.h"
 
 namespace noiseloom {
@@ -22,6 +23,15 @@ class MpiSession {
   ~MpiSession();
   MpiSession(const MpiSession&) = delete;
   MpiSession& operator=(const MpiSession&) = delete;
+};
+
+// Failures that every rank has been told of and throws: nobody is left waiting. What is thrown otherwise on one rank of
+// several must end in Communicator::abort.
+class SharedUserError : public UserError {
+  using UserError::UserError;
+};
+class SharedEnvironmentError : public EnvironmentError {
+  using EnvironmentError::EnvironmentError;
 };
 
 class Communicator {
@@ -39,6 +49,8 @@ class Communicator {
   // Ranks that share this rank's memory (its node). *Collective*
   int ranks_on_node() const;
 
+  // Ends all ranks at once, wherever they are.
+  [[noreturn]] void abort(int status) const;
   void barrier() const;                              // *Collective*
   std::uint32_t any_bits(std::uint32_t bits) const;  // bitwise or over ranks. *Collective*
   void sum(std::span<std::int64_t> values) const;    // integers: exact in any order. *Collective*
@@ -48,8 +60,8 @@ class Communicator {
   // rank. *Collective*
   std::vector<double> gather_all(const Partition& partition, std::span<const double> own) const;
 
-  // If any rank has an exception, all throw that of the lowest such rank: UserError as UserError, anything else as
-  // EnvironmentError with its words. *Collective*
+  // If any rank has an exception, all throw that of the lowest such rank: UserError as SharedUserError, anything else
+  // as SharedEnvironmentError with its words. *Collective*
   void agree(std::exception_ptr own) const;
   // Calls `body` on every rank, or on rank 0 alone, then agrees; so that no rank throws alone before a collective.
   // *Collective*

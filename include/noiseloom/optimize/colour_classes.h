@@ -12,10 +12,10 @@
 
 namespace noiseloom {
 
-// Smallest distance along one slice axis, from the coupling F(d) >= 0 of that axis (d = 0..size-1, folded, coupling[0]
-// > 0), at which slices of one class may stand: 1 without coupling; at least min(4, reach + 1); and so large that the
-// coupling to all others of the class stays below 1.6 F(0).
-std::int64_t class_stride(const std::vector<double>& coupling);
+// For each slice axis, how far apart the members of a class stand: 1 without coupling, else at least min(4, reach + 1),
+// and so far that the coupling of a slice to all other members, over all axes together, stays below 1.6 times that to
+// its own cells (each as sum of |F| over the plane).
+std::vector<std::int64_t> class_strides(const Footprint& footprint);
 
 // Classes in the order in which they move; slices ascending. Every slice is in exactly one class.
 std::vector<std::vector<SliceIndex>> colour_classes(const Footprint& footprint);
