@@ -140,8 +140,13 @@ std::unique_ptr<RunFileReader> open_saved(const std::string& path, Progress& pro
   return reader;
 }
 
-void refuse_other_config(const RunFileReader& reader, const std::string& path, const std::string& effective) {
+void refuse_other_config(const RunFileReader& reader, const std::string& path, const std::string& effective,
+                         const std::string& inputs) {
   std::vector<Fault> faults;
+  const auto stored = reader.content().state.find("inputs");
+  if (stored != reader.content().state.end() && stored->second != Attribute(inputs)) {
+    faults.push_back({path, "a file that the config names (samples or filter table) has changed since"});
+  }
   for (const std::string& line : config_differences(reader.content().config, effective)) faults.push_back({path, line});
   if (faults.empty()) return;
   faults.push_back(
@@ -194,6 +199,7 @@ class Run {
   bool fell_back_ = false;
   bool already_done_ = false;
   std::string stored_checksum_;
+  std::string inputs_;
   double earlier_s_ = 0;
   double last_save_s_ = 0;
   std::int64_t parts_ = 1;
@@ -211,6 +217,7 @@ void Run::load() {
     source_ = std::make_unique<SampleSource>(config_.problem.samples, extents.cells_per_slice(), extents.num_slices(),
                                              config_.problem.seed);
   });
+  communicator_.on_root([&] { inputs_ = inputs_digest(config_); });
   progress_ = std::make_unique<Progress>(
       communicator_.is_root() ? progress_kind(options_.progress) : ProgressKind::none, config_.optimizer);
 }
@@ -226,7 +233,7 @@ void Run::claim_output() {
     if (options_.resume) {
       saved_ = open_saved(path, *progress_, fell_back_);
       if (!saved_) return;
-      refuse_other_config(*saved_, path, to_toml(config_));
+      refuse_other_config(*saved_, path, to_toml(config_), inputs_);
       const auto& provenance = saved_->content().provenance;
       if (const auto parts = provenance.find("parts"); parts != provenance.end()) {
         parts_ = 1 + std::get<std::int64_t>(parts->second);
@@ -282,6 +289,7 @@ std::map<std::string, Attribute> Run::provenance() const {
   gethostname(host.data(), host.size() - 1);
   return {{"version", std::string(NOISELOOM_VERSION)},
           {"saved_at", now_text()},
+          {"config_folder", std::filesystem::absolute(options_.config).parent_path().string()},
           {"host", std::string(host.data())},
           {"ranks", std::int64_t{communicator_.size()}},
           {"threads", std::int64_t{threads_}},
@@ -291,7 +299,7 @@ std::map<std::string, Attribute> Run::provenance() const {
 
 std::string Run::save() {
   last_save_s_ = part_s();
-  return save_run(posix_file_ops(), options_.output, config_, *source_, *engine_, communicator_, provenance());
+  return save_run(posix_file_ops(), options_.output, config_, *source_, *engine_, communicator_, inputs_, provenance());
 }
 
 // Any rank may have got a signal; of the clocks only that of rank 0 counts.

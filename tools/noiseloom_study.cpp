@@ -12,6 +12,7 @@
 
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/parallel.h"
+#include "noiseloom/io/checkpoint.h"
 #include "noiseloom/io/config.h"
 #include "noiseloom/io/run_file.h"
 #include "noiseloom/problem/sample_space.h"
@@ -43,8 +44,9 @@ std::optional<RunConfig> config_of(const Common& common) {
   if (common.overrides.empty()) return std::nullopt;
   if (!looks_like_run_file(common.file))
     throw UserError("command line", "--set changes a config: give one with --config");
-  return parse_config(RunFileReader(common.file).content().config, common.file + ": /config",
-                      parent_directory(common.file), common.overrides, MissingFiles::accepted);
+  const RunFileReader reader(common.file);
+  return parse_config(reader.content().config, common.file + ": /config", config_folder(reader.content(), common.file),
+                      common.overrides, MissingFiles::accepted);
 }
 
 int threads_of(const Common& common) { return common.threads > 0 ? common.threads : num_available_processors(); }

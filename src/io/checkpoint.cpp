@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "io/digest.h"
+
 namespace noiseloom {
 namespace {
 
@@ -111,10 +113,34 @@ EngineState unpacked(const std::string& bytes) {
 
 }  // namespace
 
+std::string inputs_digest(const RunConfig& config) {
+  if (config.written_paths.empty()) return "";
+  Digest digest;
+  std::vector<std::byte> bytes;
+  for (const auto& [path, written] : config.written_paths) {
+    const int fd = posix_file_ops().open(path);
+    bytes.resize(posix_file_ops().size(fd));
+    posix_file_ops().read(fd, 0, bytes);
+    posix_file_ops().close(fd);
+    digest.update(bytes);
+  }
+  return to_hex(digest.value());
+}
+
+std::string config_folder(const RunFileContent& content, const std::string& run_file) {
+  const auto found = content.provenance.find("config_folder");
+  if (found != content.provenance.end() && std::holds_alternative<std::string>(found->second)) {
+    std::string folder = std::get<std::string>(found->second);
+    if (posix_file_ops().exists(folder)) return folder;
+  }
+  return parent_directory(run_file);
+}
+
 std::string save_run(FileOps& ops, const std::string& path, const RunConfig& config, const SampleSource& source,
-                     Engine& engine, const Communicator& communicator,
+                     Engine& engine, const Communicator& communicator, const std::string& inputs,
                      const std::map<std::string, Attribute>& provenance) {
-  const RunFileContent content = content_of(config, source, engine.state(), provenance);
+  RunFileContent content = content_of(config, source, engine.state(), provenance);
+  content.state["inputs"] = inputs;
   std::unique_ptr<RunFileWriter> writer;
   communicator.on_root([&] { writer = std::make_unique<RunFileWriter>(ops, path, content); });
   const auto produce = [&](SliceIndex slice, std::vector<std::byte>& block) {

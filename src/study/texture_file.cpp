@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "noiseloom/io/checkpoint.h"
 #include "noiseloom/io/run_file.h"
 #include "noiseloom/problem/sample_space.h"
 #include "noiseloom/study/sequence.h"
@@ -130,7 +131,8 @@ TextureFile run_file(const std::string& path, const std::optional<RunConfig>& co
   if (samples < 0) throw UserError(path, "holds no /samples");
   TextureFile file;
   file.source = "run file";
-  file.config = parse_config(content.config, path + ": /config", parent_directory(path), {}, MissingFiles::accepted);
+  file.config =
+      parse_config(content.config, path + ": /config", config_folder(content, path), {}, MissingFiles::accepted);
   if (config) file.config = with_filter_of(*file.config, *config, path);
   file.history = content.history;
   if (const auto found = content.checksums.find("/samples"); found != content.checksums.end())

@@ -155,6 +155,36 @@ class BadInput(ProgramTest):
         self.run_program("generate", config, "-o", "run.h5", "--resume")
         self.assertEqual(self.info("run.h5")["state"]["finished"], "iterations")
 
+    def test_filter_table_that_changed(self):
+        numpy.save(self.folder / "tap.npy", numpy.array([0.1, 0.5, 0.4]))
+        (self.folder / "cfg").mkdir()
+        (self.folder / "tap.npy").rename(self.folder / "cfg" / "tap.npy")
+        config = self.write("cfg/good.toml", GOOD.replace('kernel = "gauss", sigma = 1.0', 'kernel = "table", file = "tap.npy"'))
+        self.run_program("generate", config, "-o", "run.h5", "--time-limit", "0.000001s", expect=75)
+        # The run file lies elsewhere; its table is found where the config lies.
+        self.run_program("score", "run.h5")
+        numpy.save(self.folder / "cfg" / "tap.npy", numpy.array([1.0, 0, 0, 0, 1.0]))
+        done = self.run_program("generate", config, "-o", "run.h5", "--resume", expect=2)
+        self.assertIn("has changed since", done.stderr)
+
+    def test_output_that_is_no_run_file(self):
+        config = self.write("good.toml", GOOD)
+        (self.folder / "folder.h5").mkdir()
+        for name, text in (("folder.h5", "not a file"), ("good.toml", "not a run file"), ("", "empty")):
+            done = self.run_program("generate", config, "-o", name, "--overwrite", expect=2)
+            self.assertIn(text, done.stderr)
+        self.assertEqual(config.read_text(), GOOD)
+
+    def test_a_rank_that_fails_alone_ends_the_run(self):
+        config = self.write("good.toml", GOOD.replace("x = 16, y = 16", "x = 1024, y = 1024"))
+        starved = "import os, resource, sys\nif os.environ['OMPI_COMM_WORLD_RANK'] == '1':\n" \
+                  "    resource.setrlimit(resource.RLIMIT_AS, (270000000, 270000000))\nos.execv(sys.argv[1], sys.argv[1:])\n"
+        script = self.write("starve.py", starved)
+        command = self.command("generate", config, "-o", "run.h5", "--threads", "1", ranks=2)
+        command[3:3] = ["/usr/bin/python3", str(script)]
+        done = subprocess.run(command, capture_output=True, text=True, cwd=self.folder, timeout=60)
+        self.assertNotEqual(done.returncode, 0)
+
     def test_second_run_on_the_same_output(self):
         config = self.write("good.toml", GOOD)
         command = self.command("generate", config, "-o", "run.h5", "--progress", "json", "--set", "optimizer.stop.iterations=1000000")

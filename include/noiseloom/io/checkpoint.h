@@ -11,10 +11,19 @@
 
 namespace noiseloom {
 
-// Publishes the present state at `path`; rank 0 writes, slices stream to it. Returns the combined checksum of /samples
-// on rank 0. On failure every rank throws EnvironmentError and earlier generations are untouched. *Collective*
+// One digest of the contents of all files that a config names (samples, filter tables), 16 hexadecimal digits; "" if it
+// names none. Throws EnvironmentError.
+std::string inputs_digest(const RunConfig& config);
+
+// The folder that paths in a run file's config are relative to: that of the config, if it is still there, else the run
+// file's.
+std::string config_folder(const RunFileContent& content, const std::string& run_file);
+
+// Publishes the present state at `path`; rank 0 writes, slices stream to it. `inputs`: the inputs_digest. Returns the
+// combined checksum of /samples on rank 0. On failure every rank throws EnvironmentError and earlier generations are
+// untouched. *Collective*
 std::string save_run(FileOps& ops, const std::string& path, const RunConfig& config, const SampleSource& source,
-                     Engine& engine, const Communicator& communicator,
+                     Engine& engine, const Communicator& communicator, const std::string& inputs,
                      const std::map<std::string, Attribute>& provenance);
 
 // The part of a run file that save_run wrote into /state and /history.
