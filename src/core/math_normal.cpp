@@ -43,7 +43,7 @@ struct Quotient {
   }
 };
 
-// Printed by math_fit.py. Centre: x / q as a function of 0.425^2 - q^2, q = p - 1/2. Tails: x as a function of
+// Printed by tools/math_fit.py. Centre: x / q as a function of 0.425^2 - q^2, q = p - 1/2. Tails: x as a function of
 // sqrt(-2 log p), for arguments to 5, to 12 and to 39 (the smallest double is at 38.6).
 constexpr Quotient centre = {{3.3871328727963463, 128.73512833927406, 1830.5574815113367, 12139.224929910146,
                               38265.211503024673, 52232.989649179892, 23904.103338421833, 1633.0123040982055},

@@ -3,7 +3,7 @@
 // The C library's exp, log, sin, cos, acos, pow and erf pick FMA variants at run time and so change their last bit with
 // the CPU. Whatever decides a result (samples, taps, acceptance) uses these instead: only +, -, *, /, sqrt of IEEE
 // doubles in round-to-nearest, compiled without contraction. Each states its largest error, which
-// tests/core/math_test.cpp checks. NaN in, NaN out. src/core/math_fit.py prints the fitted coefficients.
+// tests/core/math_test.cpp checks. NaN in, NaN out. tools/math_fit.py prints the fitted coefficients.
 #pragma once
 
 #include <bit>

@@ -39,7 +39,7 @@ class SwapDelta {
 };
 
 // dual: double, from the definitions. single: float, vectorised; the same bits on every machine. Float resolves angles
-// between directions to 4e-7, save within 1e-3 of the antipode. //
+// between directions to 4e-7, save within 1e-3 of the antipode.
 // between_slices: where given, slices other than the moving one act through these features (dual takes all taps all the
 // same; requires footprint.factors()); otherwise through all their taps. Footprint and map must outlive the object.
 std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision,
