@@ -64,12 +64,17 @@ struct RankPlan {
 
 class Plan {
  public:
-  Plan(const RunConfig& config, int ranks)
+  Plan(const RunConfig& config, int ranks, int threads)
       : config_(config),
         extents_(config.problem.extents),
         source_(config.problem.samples, extents_.cells_per_slice(), extents_.num_slices(), config.problem.seed),
         footprint_(extents_, config.problem.filter),
-        partition_(extents_.num_slices(), ranks) {
+        partition_(extents_.num_slices(), ranks),
+        threads_(threads),
+        background_(features_between_slices(config.optimizer, footprint_,
+                                            make_value_kernel(config.problem, source_.channels(), source_.distance()),
+                                            source_)
+                        .has_value()) {
     for (const SliceTaps& slice : footprint_.slices()) offsets_.push_back(slice.offset);
   }
 
@@ -86,16 +91,24 @@ class Plan {
   Footprint footprint_;
   Partition partition_;
   std::vector<Extents::SliceCoord> offsets_;
+  int threads_;
+  bool background_;
 };
 
-// Fields of own and halo slices, ids of own ones, and for scoring another copy of the values.
+// Fields of own and halo slices, ids of own ones, and for scoring another copy of the values. Each thread has copies of
+// the slice that it moves (rows, columns, ids both ways) and, with a background, four floats a cell and feature. The
+// program itself with MPI: 30 MiB.
 RankPlan Plan::rank_plan(const HaloPlan& halo, int rank) const {
   const FieldLayout layout(footprint_, source_.channels());
   const auto held = static_cast<double>(partition_.count(rank)) + static_cast<double>(halo.needed().size());
   const double values = static_cast<double>(extents_.cells_per_slice()) * 4;
   const double bytes = held * (static_cast<double>(layout.num_floats()) * 4 + values * source_.channels()) +
                        static_cast<double>(partition_.count(rank)) * values;
-  return {partition_.count(rank), static_cast<std::int64_t>(halo.needed().size()), bytes};
+  const double features = background_ ? 16.0 * config_.optimizer.background_rank : 0;
+  const double thread = 3 * 4 * static_cast<double>(layout.num_floats()) +
+                        static_cast<double>(extents_.cells_per_slice()) * (8 + features);
+  const double program = 30 * 1024 * 1024;
+  return {partition_.count(rank), static_cast<std::int64_t>(halo.needed().size()), program + bytes + threads_ * thread};
 }
 
 void Plan::print_effects() const {
@@ -120,9 +133,7 @@ void Plan::print_exchange(std::int64_t messages) const {
   } else if (partition_.num_ranks() == 1) {
     fmt::print("exchange   none: one rank\n");
   } else {
-    const ValueKernel kernel = make_value_kernel(config_.problem, source_.channels(), source_.distance());
-    const bool background = features_between_slices(config_.optimizer, footprint_, kernel, source_).has_value();
-    const auto iterations = static_cast<double>(visit_length(config_.optimizer, footprint_, background));
+    const auto iterations = static_cast<double>(visit_length(config_.optimizer, footprint_, background_));
     const double swaps = iterations * typical_acceptance * static_cast<double>(extents_.cells_per_slice()) / 2;
     fmt::print("exchange   {} slice updates a sweep, about {} (8 B a swap, {:.0f} % of the candidates)\n", messages,
                bytes_text(static_cast<double>(messages) * swaps * 8), 100 * typical_acceptance);
@@ -147,7 +158,7 @@ void Plan::print() const {
       fmt::print("  ...\n");
     }
   }
-  fmt::print("memory     at most {} a rank\n", bytes_text(most));
+  fmt::print("memory     at most {} a rank of {} thread{}\n", bytes_text(most), threads_, threads_ == 1 ? "" : "s");
   print_exchange(messages);
   const double file =
       static_cast<double>(extents_.num_cells()) * (4.0 * source_.channels() + 4 + (source_.has_pdf() ? 4 : 0));
@@ -185,8 +196,10 @@ int run_plan(int argc, char** argv) {
   std::string path;
   std::vector<std::string> overrides;
   int ranks = 1;
+  int threads = 1;
   app.add_option("CONFIG", path, "config (TOML)")->required();
   app.add_option("--ranks", ranks, "MPI ranks to plan for (default 1)");
+  app.add_option("--threads", threads, "threads of each rank (default 1)");
   app.add_option("--set", overrides, "override a setting, as for generate")->allow_extra_args(false);
   try {
     app.parse(argc - 1, argv + 1);
@@ -194,9 +207,10 @@ int run_plan(int argc, char** argv) {
     if (error.get_exit_code() != 0) throw UserError("command line", error.what());
     return app.exit(error);
   }
+  if (threads < 1) throw UserError("command line", fmt::format("--threads {}: must be at least 1", threads));
   if (ranks < 1) throw UserError("command line", fmt::format("--ranks {}: must be at least 1", ranks));
   const RunConfig config = load_config(path, overrides);
-  Plan(config, ranks).print();
+  Plan(config, ranks, threads).print();
   return exit_done;
 }
 

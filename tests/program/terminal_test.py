@@ -44,7 +44,7 @@ class Terminal(ProgramTest):
         # box 2 reaches one slice: each rank of two slices tells both neighbours.
         self.assertIn("6 slice updates a sweep", text)
         self.assertRegex(text, r"rank +0 +2 slices, 2 halo slices")
-        self.assertRegex(text, r"memory +at most [\d.]+ [KM]iB a rank")
+        self.assertRegex(text, r"memory +at most [\d.]+ [KM]iB a rank of 1 thread")
         self.assertRegex(text, r"time +about [\d.]+ s for 64 iterations")
         alone = self.run_program("plan", self.config, "--ranks", 3, "--set",
                                  'filter.groups=[{axes="xy",kernel="box",size=3}]').stdout
