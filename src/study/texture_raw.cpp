@@ -82,7 +82,11 @@ RawFormat described_format(const std::string& sidecar, std::optional<RunConfig>&
   format.range = parse_range_list(member("range"), sidecar);
   const std::vector<std::int64_t> shape = parse_numbers(member("shape"), sidecar);
   if (shape.size() < 3) throw UserError(sidecar, "shape: must be [slice axes..., y, x, channel]");
-  format.channels = narrow<int>(shape.back());
+  if (shape.back() < 1 || shape.back() > 1024) {
+    throw UserError(sidecar,
+                    fmt::format("shape = {}: {} channels; accepted: 1 to 1024", member("shape"), shape.back()));
+  }
+  format.channels = static_cast<int>(shape.back());
   if (!config)
     config =
         parse_config(member("config"), sidecar + ": config", parent_directory(sidecar), {}, MissingFiles::accepted);
