@@ -198,6 +198,7 @@ class Run {
   std::unique_ptr<Engine> engine_;
   bool fell_back_ = false;
   bool already_done_ = false;
+  bool has_moved_ = false;  // in this part
   std::string stored_checksum_;
   std::string inputs_;
   double earlier_s_ = 0;
@@ -306,7 +307,8 @@ std::string Run::save() {
 std::uint32_t Run::bits_due() const {
   std::uint32_t bits = stop_signal != 0 ? stop_bit : 0;
   if (!communicator_.is_root()) return bits;
-  if (options_.time_limit_s > 0 && part_s() >= options_.time_limit_s) bits |= limit_bit;
+  // Not before the first step: a limit shorter than the start-up would otherwise be resumed for ever.
+  if (options_.time_limit_s > 0 && has_moved_ && part_s() >= options_.time_limit_s) bits |= limit_bit;
   if (part_s() - last_save_s_ >= options_.checkpoint_every_s) bits |= checkpoint_bit;
   return bits;
 }
@@ -328,6 +330,7 @@ int Run::loop() {
       progress_->say(fmt::format("saved at iteration {}", engine_->iterations()));
     }
     engine_->step(run_s());
+    has_moved_ = true;
     progress_->update(*engine_, engine_->candidates_done() * communicator_.size(), run_s(), part_s());
   }
   return exit_done;

@@ -100,7 +100,7 @@ int num_channels(const SampleSpec& spec) {
   }
 }
 
-DistanceKind distance_kind(const SampleSpec& spec) {
+DistanceKind distance_kind(const SampleSpec& spec, int channels) {
   switch (spec.kind) {
     case SampleKind::circle:
       return DistanceKind::circle;
@@ -112,7 +112,7 @@ DistanceKind distance_kind(const SampleSpec& spec) {
     case SampleKind::hemisphere_cosine:
       return DistanceKind::angle;
     case SampleKind::file:
-      return spec.distance;
+      return spec.distance == DistanceKind::euclidean && channels == 1 ? DistanceKind::absolute : spec.distance;
     default:
       return DistanceKind::absolute;
   }
@@ -226,10 +226,7 @@ SampleSource::SampleSource(SampleSource&&) noexcept = default;
 
 int SampleSource::channels() const { return num_channels(impl_->spec); }
 
-DistanceKind SampleSource::distance() const {
-  const DistanceKind kind = distance_kind(impl_->spec);
-  return kind == DistanceKind::euclidean && channels() == 1 ? DistanceKind::absolute : kind;
-}
+DistanceKind SampleSource::distance() const { return distance_kind(impl_->spec, channels()); }
 
 std::int64_t SampleSource::cells_per_slice() const { return impl_->cells_per_slice; }
 SliceIndex SampleSource::num_slices() const { return impl_->num_slices; }

@@ -37,7 +37,7 @@ class Analysis {
         pool_(pool) {
     report_.title = std::filesystem::path(name).filename().string();
     if (report_.title.empty()) report_.title = name;
-    kind_ = file.config                  ? distance_kind(file.config->problem.samples)
+    kind_ = file.config                  ? distance_kind(file.config->problem.samples, file.texture.channels)
             : file.texture.channels == 1 ? DistanceKind::absolute
                                          : DistanceKind::euclidean;
   }

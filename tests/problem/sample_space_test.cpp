@@ -216,7 +216,7 @@ double mean_distance(const SampleSpec& spec, std::int64_t n) {
   const auto step = static_cast<std::size_t>(channels);
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); i += step) {
-    for (std::size_t j = 0; j < b.size(); j += step) sum += distance(distance_kind(spec), channels, &a[i], &b[j]);
+    for (std::size_t j = 0; j < b.size(); j += step) sum += distance(distance_kind(spec, channels), channels, &a[i], &b[j]);
   }
   return sum / static_cast<double>(n * n);
 }
@@ -263,7 +263,7 @@ TEST(SampleSpace, NeighboursInTheListAreNeighboursInSpace) {
     const auto step = static_cast<std::size_t>(channels);
     double near = 0;
     for (std::size_t i = step; i < list.size(); i += step) {
-      near += distance(distance_kind(spec), channels, &list[i - step], &list[i]) / static_cast<double>(n - 1);
+      near += distance(distance_kind(spec, channels), channels, &list[i - step], &list[i]) / static_cast<double>(n - 1);
     }
     // A stratum of a D-dimensional space is about n^(-1/D) wide; steps are a few strata on average.
     const double width = std::pow(static_cast<double>(n), -1.0 / num_dimensions(spec));
@@ -279,7 +279,7 @@ TEST(SampleSource, ListIsAFunctionOfSpecSeedAndSlice) {
     EXPECT_NE(source.list(1), source.list(2));
     EXPECT_NE(source.list(1), SampleSource(spec, 101, 3, 6).list(1));
     EXPECT_EQ(source.channels(), num_channels(spec));
-    EXPECT_EQ(source.distance(), distance_kind(spec));
+    EXPECT_EQ(source.distance(), distance_kind(spec, num_channels(spec)));
   }
 }
 

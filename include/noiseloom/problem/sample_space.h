@@ -17,8 +17,8 @@ namespace noiseloom {
 
 // Of one sample. file: what the spec says; what the file holds is SampleSource::channels().
 int num_channels(const SampleSpec& spec);
-// file: what the spec says.
-DistanceKind distance_kind(const SampleSpec& spec);
+// Of samples of `channels` numbers. file: what the spec says, save that lengths of one number are `absolute`.
+DistanceKind distance_kind(const SampleSpec& spec, int channels);
 // The name a config uses: "uniform", "vector3", "hemisphere-cosine", ...
 std::string sample_space_name(const SampleSpec& spec);
 
