@@ -39,10 +39,10 @@ Background::Filter make_filter(const Footprint::Factors& factors, const FieldLay
 
 }  // namespace
 
-Background::Background(const Footprint& footprint, const FeatureMap& map)
+Background::Background(const Footprint& footprint, const FeatureMap& map, WindowSize window)
     : footprint_(footprint),
       map_(map),
-      layout_(footprint, map.channels()),
+      layout_(footprint, map.channels(), window),
       num_lanes_((map.num_features() + std::int64_t{block_lanes} - 1) / std::int64_t{block_lanes} *
                  std::int64_t{block_lanes}),
       filter_(make_filter(*footprint.factors(), layout_)),
@@ -65,7 +65,7 @@ Background::Background(const Footprint& footprint, const FeatureMap& map)
   }
 }
 
-void Background::bind(SliceIndex slice, const SliceField& own, const FieldOf& others) {
+void Background::bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others) {
   const int count = map_.num_features();
   const int lanes = static_cast<int>(num_lanes_);
   const WeightedField self[] = {{&own, 1}};
@@ -73,8 +73,11 @@ void Background::bind(SliceIndex slice, const SliceField& own, const FieldOf& ot
   gather_cells(layout_, nullptr, lanes, count, sums_.data(), 2 * num_lanes_, cells_.data());
 
   std::vector<WeightedField> around;
-  for (const auto& [offset, weight] : along_) {
-    around.push_back({&others(footprint_.extents().slice_at(slice, offset)), weight});
+  if (!layout_.whole()) windows_.resize(along_.size(), SliceField(layout_));
+  for (std::size_t k = 0; k < along_.size(); ++k) {
+    const SliceField& other = others(footprint_.extents().slice_at(slice, along_[k].first));
+    if (!layout_.whole()) windows_[k].copy_window(other, corner);
+    around.push_back({layout_.whole() ? &other : &windows_[k], along_[k].second});
   }
   sum_features(map_, layout_, around, sums_.data());
   fill_borders(layout_, count, sums_.data());

@@ -20,9 +20,10 @@ namespace noiseloom {
 class Background {
  public:
   // Requires footprint.factors(). Both must outlive the object.
-  Background(const Footprint& footprint, const FeatureMap& map);
+  Background(const Footprint& footprint, const FeatureMap& map, WindowSize window);
 
-  void bind(SliceIndex slice, const SliceField& own, const FieldOf& others);
+  // `own`: the window at `corner` itself.
+  void bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others);
   void swap(CellPair pair);
 
   // A multiple of block_lanes; lanes past the map's features are zero.
@@ -39,7 +40,7 @@ class Background {
  private:
   const Footprint& footprint_;
   const FeatureMap& map_;
-  FieldLayout layout_;
+  FieldLayout layout_;  // of the window
   std::int64_t num_lanes_;
   std::vector<std::pair<Extents::SliceCoord, float>> along_;
   Filter filter_;
@@ -47,6 +48,7 @@ class Background {
   std::vector<float> sums_;    // [feature][plane with border]
   std::vector<float> scratch_;
   std::vector<float> cells_;
+  std::vector<SliceField> windows_;  // of the other slices, where the window is not the whole slice
 };
 
 }  // namespace noiseloom

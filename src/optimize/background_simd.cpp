@@ -130,10 +130,13 @@ void sum_features(const FeatureMap& map, const FieldLayout& layout, std::span<co
   const auto num_features = static_cast<std::size_t>(map.num_features());
   FeatureAdder adder(map, layout.plane_size);
   std::vector<float> run(num_features * run_cells);
-  for (std::int64_t y = 0; y < layout.height; ++y) {
-    for (std::int64_t x = 0; x < layout.width; x += static_cast<std::int64_t>(run_cells)) {
-      const std::int64_t at = layout.at(y * layout.width) + x;
-      const std::size_t blocks = (static_cast<std::size_t>(layout.width - x) + block_lanes - 1) / block_lanes;
+  const std::int64_t border_x = layout.wraps_x ? 0 : layout.reach_x;
+  const std::int64_t border_y = layout.wraps_y ? 0 : layout.reach_y;
+  const std::int64_t end = layout.width + border_x;
+  for (std::int64_t y = -border_y; y < layout.height + border_y; ++y) {
+    for (std::int64_t x = -border_x; x < end; x += static_cast<std::int64_t>(run_cells)) {
+      const std::int64_t at = layout.at(0) + y * layout.stride + x;
+      const std::size_t blocks = (static_cast<std::size_t>(end - x) + block_lanes - 1) / block_lanes;
       const std::size_t cells = std::min(blocks * block_lanes, run_cells);
       std::fill(run.begin(), run.end(), 0.0F);
       for (const WeightedField& weighted : fields) {
@@ -244,13 +247,14 @@ void gather_cells(const FieldLayout& layout, const float* matrix, int num_lanes,
 void fill_borders(const FieldLayout& layout, int count, float* planes) {
   for (int n = 0; n < count; ++n) {
     float* plane = planes + n * layout.plane_size;
-    for (std::int64_t y = 0; y < layout.height; ++y) {
-      float* row = plane + layout.at(y * layout.width);
+    const std::int64_t border_y = layout.wraps_y ? 0 : layout.reach_y;
+    for (std::int64_t y = -border_y; y < layout.height + border_y && layout.wraps_x; ++y) {
+      float* row = plane + layout.at(0) + y * layout.stride;
       std::copy_n(row + layout.width - layout.reach_x, layout.reach_x, row - layout.reach_x);
       std::copy_n(row, layout.reach_x, row + layout.width);
     }
     const auto row = [&](std::int64_t y) { return plane + (y + layout.reach_y) * layout.stride; };
-    for (std::int64_t y = 0; y < layout.reach_y; ++y) {
+    for (std::int64_t y = 0; y < layout.reach_y && layout.wraps_y; ++y) {
       std::copy_n(row(layout.height - layout.reach_y + y), layout.stride, row(y - layout.reach_y));
       std::copy_n(row(y), layout.stride, row(layout.height + y));
     }

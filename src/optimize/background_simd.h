@@ -13,10 +13,10 @@ struct WeightedField {
   float weight;
 };
 
-// sums[n] = sum over fields of weight f_n(sample), for all cells within the border.
+// sums[n] = sum over fields of weight f_n(sample), for all cells, and for the border along axes that do not wrap.
 void sum_features(const FeatureMap& map, const FieldLayout& layout, std::span<const WeightedField> fields, float* sums);
 
-// Repeats the torus in the border of `count` planes.
+// Repeats the torus in the border of `count` planes, along axes that wrap.
 void fill_borders(const FieldLayout& layout, int count, float* planes);
 
 // plane * in, for `count` planes with filled borders; returned in either `in` or `out`.

@@ -16,14 +16,17 @@ bool same_pixel_only(const SliceTaps& slice) {
 
 }  // namespace
 
-DeltaFields::DeltaFields(const Footprint& footprint, int channels, bool with_others)
+DeltaFields::DeltaFields(const Footprint& footprint, int channels, WindowSize window, bool with_others)
     : footprint_(footprint),
-      layout_(footprint, channels),
+      layout_(footprint, channels, window),
+      slice_layout_(footprint, channels),
       origin_(layout_.at(0)),
+      origin_of_slice_(slice_layout_.at(0)),
       transposed_stride_(layout_.height + 2 * layout_.reach_y),
       transposed_origin_(layout_.reach_x * transposed_stride_ + layout_.reach_y),
       own_plan_(plan_plane(footprint.slices()[0].taps, layout_.stride, transposed_stride_)),
-      pair_weights_(pair_weight_table<float>(footprint, layout_)) {
+      pair_weights_(pair_weight_table<float>(footprint, layout_)),
+      own_(layout_) {
   if (!own_plan_.columns.empty()) {
     transposed_size_ = transposed_stride_ * (layout_.width + 2 * layout_.reach_x) + FieldLayout::slack;
     transposed_.resize(static_cast<std::size_t>(transposed_size_ * channels));
@@ -38,7 +41,7 @@ void DeltaFields::plan_others() {
       stack.push_back({static_cast<std::int32_t>(stacked_.size()), 0, slice.taps[0].weight});
       stacked_.push_back(slice.offset);
     } else {
-      planes_.push_back({slice.offset, plan_rows(slice.taps, layout_.stride)});
+      planes_.push_back({slice.offset, plan_rows(slice.taps, slice_layout_.stride)});
     }
   }
   stack_taps_ = plan_rows(stack, 0);
@@ -46,8 +49,9 @@ void DeltaFields::plan_others() {
   stack_samples_.resize(static_cast<std::size_t>(stack_size_ * layout_.width * layout_.height * layout_.channels));
 }
 
-void DeltaFields::bind(SliceIndex slice, const SliceField& own, const FieldOf& others) {
-  own_ = own;
+void DeltaFields::bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others) {
+  own_.copy_window(own, corner);
+  corner_ = corner;
   parts_.clear();
   if (!own_plan_.rows.empty()) parts_.push_back({own_.plane(0), layout_.plane_size, &own_plan_.rows, rows});
   if (transposed_size_ > 0) {
@@ -56,7 +60,7 @@ void DeltaFields::bind(SliceIndex slice, const SliceField& own, const FieldOf& o
   }
   for (const Plane& plane : planes_) {
     const SliceField& field = others(footprint_.extents().slice_at(slice, plane.offset));
-    parts_.push_back({field.plane(0), layout_.plane_size, &plane.taps, rows});
+    parts_.push_back({field.plane(0), slice_layout_.plane_size, &plane.taps, other_rows});
   }
   if (stack_size_ > 0) {
     stack(slice, others);
@@ -71,10 +75,14 @@ void DeltaFields::stack(SliceIndex slice, const FieldOf& others) {
   for (int c = 0; c < layout_.channels; ++c) {
     for (std::int64_t y = 0; y < layout_.height; ++y) {
       float* out = stack_samples_.data() + (c * cells + y * layout_.width) * stack_size_;
-      const std::int64_t row = layout_.at(y * layout_.width);
+      const std::int64_t slice_y = (corner_.y + y) % slice_layout_.height;
+      const std::int64_t row = slice_layout_.at(slice_y * slice_layout_.width);
+      const std::int64_t until_wrap = std::min(layout_.width, slice_layout_.width - corner_.x);
       for (std::size_t k = 0; k < fields.size(); ++k) {
         const float* in = fields[k]->plane(c) + row;
-        for (std::int64_t x = 0; x < layout_.width; ++x) out[x * stack_size_ + static_cast<std::int64_t>(k)] = in[x];
+        float* to = out + k;
+        for (std::int64_t x = 0; x < until_wrap; ++x) to[x * stack_size_] = in[corner_.x + x];
+        for (std::int64_t x = until_wrap; x < layout_.width; ++x) to[x * stack_size_] = in[x - until_wrap];
       }
     }
   }

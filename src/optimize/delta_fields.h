@@ -13,10 +13,10 @@ namespace noiseloom {
 class DeltaFields {
  public:
   // Without the others, only the moving slice itself counts.
-  DeltaFields(const Footprint& footprint, int channels, bool with_others);
+  DeltaFields(const Footprint& footprint, int channels, WindowSize window, bool with_others);
 
-  // Where the centre of a footprint lies in the three kinds of plane.
-  enum Kind { rows, columns, stacked, num_kinds };
+  // Where the centre of a footprint lies in the four kinds of plane.
+  enum Kind { rows, columns, stacked, other_rows, num_kinds };
   struct Position {
     std::int64_t x;
     std::int64_t y;
@@ -25,8 +25,14 @@ class DeltaFields {
   Position position(Cell cell) const {
     const std::int64_t y = layout_.divider.y(cell);
     const std::int64_t x = cell - y * layout_.width;
-    return {
-        x, y, {y * layout_.stride + x + origin_, x * transposed_stride_ + y + transposed_origin_, cell * stack_size_}};
+    std::int64_t slice_x = corner_.x + x;
+    std::int64_t slice_y = corner_.y + y;
+    if (slice_x >= slice_layout_.width) slice_x -= slice_layout_.width;
+    if (slice_y >= slice_layout_.height) slice_y -= slice_layout_.height;
+    return {x,
+            y,
+            {y * layout_.stride + x + origin_, x * transposed_stride_ + y + transposed_origin_, cell * stack_size_,
+             slice_y * slice_layout_.stride + slice_x + origin_of_slice_}};
   }
 
   struct Part {
@@ -39,14 +45,15 @@ class DeltaFields {
   const SliceField& own() const { return own_; }
   // F between two cells of the slice.
   float pair_weight(const Position& i, const Position& j) const {
-    const std::int64_t dx = nearest_offset(j.x - i.x, layout_.width);
-    const std::int64_t dy = nearest_offset(j.y - i.y, layout_.height);
+    const std::int64_t dx = nearest_offset(j.x - i.x, layout_.width, layout_.wraps_x);
+    const std::int64_t dy = nearest_offset(j.y - i.y, layout_.height, layout_.wraps_y);
     if (dx > layout_.reach_x || -dx > layout_.reach_x || dy > layout_.reach_y || -dy > layout_.reach_y) return 0;
     return pair_weights_[static_cast<std::size_t>((dy + layout_.reach_y) * (2 * layout_.reach_x + 1) + dx +
                                                   layout_.reach_x)];
   }
 
-  void bind(SliceIndex slice, const SliceField& own, const FieldOf& others);
+  const FieldLayout& layout() const { return layout_; }
+  void bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others);
   void swap(Cell i, Cell j);
 
  private:
@@ -61,8 +68,11 @@ class DeltaFields {
   void stack(SliceIndex slice, const FieldOf& others);
 
   const Footprint& footprint_;
-  FieldLayout layout_;
+  FieldLayout layout_;        // of the window
+  FieldLayout slice_layout_;  // of the other slices
+  Corner corner_;
   std::int64_t origin_;
+  std::int64_t origin_of_slice_;
   std::int64_t transposed_stride_;
   std::int64_t transposed_origin_;
   std::int64_t transposed_size_ = 0;  // of one channel; 0: not kept

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "noiseloom/optimize/colour_classes.h"
+#include "noiseloom/optimize/tile_grid.h"
 #include "noiseloom/problem/score.h"
 
 namespace noiseloom {
@@ -37,6 +38,10 @@ std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint&
   std::vector<SliceIndex> all(static_cast<std::size_t>(footprint.extents().num_slices()));
   std::iota(all.begin(), all.end(), 0);
   return {all};
+}
+
+TileGrid tiles_for(Method method, const Footprint& footprint, const std::vector<std::vector<SliceIndex>>& classes) {
+  return method == Method::anneal ? TileGrid(footprint, std::ssize(classes.front())) : TileGrid(footprint);
 }
 
 }  // namespace
@@ -93,6 +98,7 @@ struct Engine::Impl {
   HaloPlan halo;
   HaloExchange exchange;
   std::vector<std::vector<SliceIndex>> classes;
+  TileGrid tiles;
   PartnerDraw partners;
   std::vector<AnnealMover> anneal_movers;  // one for each thread
   std::vector<PairingMover> pairing_movers;
@@ -121,11 +127,13 @@ struct Engine::Impl {
         halo(p.extents, coupled_offsets(score_footprint), partition, c.rank()),
         exchange(c, halo, partition),
         classes(classes_for(o.method, footprint)),
-        partners(p.extents.cells_per_slice(), lowest_divisor(s.distance(), s.channels()),
+        tiles(tiles_for(o.method, footprint, classes)),
+        partners(tiles.window().width * tiles.window().height, lowest_divisor(s.distance(), s.channels()),
                  s.distance() == DistanceKind::circle),
         permutations(static_cast<std::size_t>(partition.count(c.rank()))) {
     for (int worker = 0; worker < pool.num_threads(); ++worker) {
-      auto delta = make_swap_delta(footprint, kernel, optimizer.precision, features ? &*features : nullptr);
+      auto delta =
+          make_swap_delta(footprint, kernel, optimizer.precision, features ? &*features : nullptr, tiles.window());
       if (optimizer.method == Method::anneal) {
         anneal_movers.emplace_back(std::move(delta));
       } else {
@@ -177,8 +185,9 @@ struct Engine::Impl {
   double mean_magnitude() {
     double magnitude = 0;
     if (owns(0)) {
-      magnitude = anneal_movers[0].mean_magnitude({0, 0, problem.seed, 1}, magnitude_candidates, partners, fields.at(0),
-                                                  permutation(0), field_of());
+      const Visit visit{0, 0, problem.seed, 1, 0, tiles.num_tiles(), tiles.corner(problem.seed, 0, 0, 0)};
+      magnitude = anneal_movers[0].mean_magnitude(visit, magnitude_candidates, partners, fields.at(0), permutation(0),
+                                                  field_of());
     }
     return communicator.broadcast(magnitude);  // slice 0 is always rank 0's
   }
@@ -228,9 +237,15 @@ struct Engine::Impl {
     return optimizer.stop.iterations > 0 ? std::min(iterations, optimizer.stop.iterations) : iterations;
   }
 
-  VisitResult visit(SliceIndex slice, int worker) {
-    const Visit visit{slice, narrow<std::uint32_t>(state.sweep), problem.seed,
-                      iterations_before(state.sweep + 1) - iterations_before(state.sweep)};
+  VisitResult visit(SliceIndex slice, int tile, int worker) {
+    const auto sweep = narrow<std::uint32_t>(state.sweep);
+    const Visit visit{slice,
+                      sweep,
+                      problem.seed,
+                      iterations_before(state.sweep + 1) - iterations_before(state.sweep),
+                      tile,
+                      tiles.num_tiles(),
+                      tiles.corner(problem.seed, slice, sweep, tile)};
     if (optimizer.method == Method::fast) {
       return pairing_movers[static_cast<std::size_t>(worker)].visit(visit, state.fraction, fields.at(slice),
                                                                     field_of());
@@ -245,38 +260,50 @@ struct Engine::Impl {
     for (const SliceIndex slice : moving) {
       if (owns(slice)) own.push_back({slice, {}});
     }
-    std::vector<std::int64_t> candidates(own.size());
+    const auto num_tiles = static_cast<std::size_t>(tiles.num_tiles());
+    std::vector<VisitResult> results(own.size() * num_tiles);
     std::vector<std::size_t> order(own.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     const auto first_waiting = std::stable_partition(order.begin(), order.end(),
                                                      [&](std::size_t k) { return !depends_on_pending(own[k].slice); });
     const auto visit_all = [&](auto begin, auto end) {
-      pool.for_each(end - begin, [&](std::int64_t index, int worker) {
-        const std::size_t k = *(begin + index);
-        VisitResult result = visit(own[k].slice, worker);
-        own[k].swaps = std::move(result.swaps);
-        candidates[k] = result.candidates;
+      pool.for_each((end - begin) * std::int64_t{tiles.num_tiles()}, [&](std::int64_t index, int worker) {
+        const std::size_t k = *(begin + index / tiles.num_tiles());
+        const int tile = static_cast<int>(index % tiles.num_tiles());
+        results[k * num_tiles + static_cast<std::size_t>(tile)] = visit(own[k].slice, tile, worker);
       });
     };
     visit_all(order.begin(), first_waiting);
     exchange_wait();
     visit_all(first_waiting, order.end());
-    publish(own);
-    for (const std::int64_t count : candidates) own_candidates += count;
+    publish(own, results);
     exchange.begin(moving, own);
   }
 
-  void publish(const std::vector<SliceSwaps>& moved) {
-    pool.for_each(static_cast<std::int64_t>(moved.size()), [&](std::int64_t index, int) {
-      const SliceSwaps& changes = moved[static_cast<std::size_t>(index)];
-      SliceField& field = fields.at(changes.slice);
-      std::vector<std::uint32_t>& ids = permutation(changes.slice);
-      for (const Swap& swap : changes.swaps) {
+  // Carries out what the tiles of each slice have found; they have no cell in common.
+  void publish(std::vector<SliceSwaps>& moved, std::vector<VisitResult>& results) {
+    const auto num_tiles = static_cast<std::size_t>(tiles.num_tiles());
+    pool.for_each(static_cast<std::int64_t>(results.size()), [&](std::int64_t index, int) {
+      const auto unit = static_cast<std::size_t>(index);
+      const SliceIndex slice = moved[unit / num_tiles].slice;
+      SliceField& field = fields.at(slice);
+      std::vector<std::uint32_t>& ids = permutation(slice);
+      for (const Swap& swap : results[unit].swaps) {
         field.swap(swap.a, swap.b);
         std::swap(ids[swap.a], ids[swap.b]);
       }
     });
-    for (const SliceSwaps& changes : moved) own_accepted += static_cast<std::int64_t>(changes.swaps.size());
+    for (std::size_t unit = 0; unit < results.size(); ++unit) {
+      std::vector<Swap>& swaps = moved[unit / num_tiles].swaps;
+      if (swaps.empty()) {
+        swaps = std::move(results[unit].swaps);
+        own_accepted += std::ssize(swaps);
+      } else {
+        swaps.insert(swaps.end(), results[unit].swaps.begin(), results[unit].swaps.end());
+        own_accepted += std::ssize(results[unit].swaps);
+      }
+      own_candidates += results[unit].candidates;
+    }
   }
 
   void end_sweep(double seconds) {

@@ -5,13 +5,19 @@
 namespace noiseloom {
 
 FieldLayout::FieldLayout(const Footprint& footprint, int num_channels)
-    : width(footprint.extents().width()),
-      height(footprint.extents().height()),
+    : FieldLayout(footprint, num_channels, {footprint.extents().width(), footprint.extents().height()}) {}
+
+FieldLayout::FieldLayout(const Footprint& footprint, int num_channels, WindowSize window)
+    : width(window.width),
+      height(window.height),
       reach_x(footprint.reach(0)),
       reach_y(footprint.reach(1)),
       channels(num_channels),
+      wraps_x(width == footprint.extents().width()),
+      wraps_y(height == footprint.extents().height()),
       divider(width) {
-  NOISELOOM_CHECK(2 * reach_x <= width && 2 * reach_y <= height);
+  NOISELOOM_CHECK(wraps_x ? 2 * reach_x <= width : width + reach_x <= footprint.extents().width());
+  NOISELOOM_CHECK(wraps_y ? 2 * reach_y <= height : height + reach_y <= footprint.extents().height());
   stride = width + 2 * reach_x;
   plane_size = stride * (height + 2 * reach_y) + slack;
 }
@@ -49,6 +55,29 @@ void SliceField::fill(std::span<const std::uint32_t> permutation, std::span<cons
   for (std::size_t cell = 0; cell < permutation.size(); ++cell) {
     set(static_cast<Cell>(cell),
         list.data() + std::size_t{permutation[cell]} * static_cast<std::size_t>(layout_.channels));
+  }
+}
+
+void SliceField::copy_window(const SliceField& slice, Corner corner) {
+  const FieldLayout& from = slice.layout_;
+  NOISELOOM_CHECK(from.whole() && from.channels == layout_.channels);
+  if (layout_.whole()) {
+    data_ = slice.data_;
+    return;
+  }
+  const auto onto_ring = [](std::int64_t at, std::int64_t size) { return (at % size + size) % size; };
+  for (int c = 0; c < layout_.channels; ++c) {
+    float* out = data_.data() + c * layout_.plane_size;
+    for (std::int64_t y = -layout_.reach_y; y < layout_.height + layout_.reach_y; ++y) {
+      const float* row = slice.plane(c) + from.at(onto_ring(corner.y + y, from.height) * from.width);
+      std::int64_t x = onto_ring(corner.x - layout_.reach_x, from.width);
+      for (std::int64_t left = layout_.stride; left > 0;) {
+        const std::int64_t length = std::min(left, from.width - x);
+        out = std::copy_n(row + x, length, out);
+        left -= length;
+        x = 0;
+      }
+    }
   }
 }
 

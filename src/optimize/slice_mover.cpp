@@ -26,10 +26,52 @@ struct AnnealMover::Batch {
 
 AnnealMover::AnnealMover(std::unique_ptr<SwapDelta> delta) : delta_(std::move(delta)) {}
 
-void AnnealMover::load(std::span<const std::uint32_t> permutation) {
-  id_at_.assign(permutation.begin(), permutation.end());
-  cell_of_.resize(id_at_.size());
-  for (std::size_t cell = 0; cell < id_at_.size(); ++cell) cell_of_[id_at_[cell]] = static_cast<std::uint32_t>(cell);
+namespace {
+
+struct CellId {
+  std::uint32_t id;
+  std::uint32_t cell;
+};
+
+// Least digit first: far quicker than comparing, and a visit sorts anew.
+void sort_by_id(std::vector<CellId>& cells) {
+  constexpr int digit_bits = 11;
+  const std::uint32_t most =
+      std::max_element(cells.begin(), cells.end(), [](CellId a, CellId b) { return a.id < b.id; })->id;
+  std::vector<CellId> sorted(cells.size());
+  for (int shift = 0; shift < 32 && most >> shift != 0; shift += digit_bits) {
+    const auto digit = [shift](CellId entry) { return (entry.id >> shift) & ((1U << digit_bits) - 1); };
+    std::array<std::uint32_t, (1U << digit_bits) + 1> begin{};
+    for (const CellId entry : cells) ++begin[digit(entry) + 1];
+    for (std::size_t k = 1; k < begin.size(); ++k) begin[k] += begin[k - 1];
+    for (const CellId entry : cells) sorted[begin[digit(entry)]++] = entry;
+    cells.swap(sorted);
+  }
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> cells_by_id(const FieldLayout& slice, Corner corner, const FieldLayout& window,
+                                       std::span<const std::uint32_t> permutation) {
+  std::vector<std::uint32_t> by_id(static_cast<std::size_t>(window.width * window.height));
+  if (window.whole()) {
+    for (std::size_t cell = 0; cell < by_id.size(); ++cell) by_id[permutation[cell]] = static_cast<std::uint32_t>(cell);
+    return by_id;
+  }
+  std::vector<CellId> cells(by_id.size());
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const Cell cell = slice_cell(slice, corner, window, static_cast<Cell>(k));
+    cells[k] = {permutation[static_cast<std::size_t>(cell)], static_cast<std::uint32_t>(k)};
+  }
+  sort_by_id(cells);
+  std::transform(cells.begin(), cells.end(), by_id.begin(), [](CellId entry) { return entry.cell; });
+  return by_id;
+}
+
+void AnnealMover::load(const Visit& visit, const SliceField& field, std::span<const std::uint32_t> permutation) {
+  cell_of_ = cells_by_id(field.layout(), visit.corner, delta_->layout(), permutation);
+  id_at_.resize(cell_of_.size());
+  for (std::size_t id = 0; id < cell_of_.size(); ++id) id_at_[cell_of_[id]] = static_cast<std::uint32_t>(id);
 }
 
 void AnnealMover::draw(const Visit& visit, std::uint64_t first, std::uint64_t end, const PartnerDraw& partners,
@@ -52,16 +94,32 @@ void AnnealMover::carry_out(CellPair pair) {
   cell_of_[id_at_[pair.j]] = pair.j;
 }
 
+namespace {
+
+// The share of the visit's tile.
+std::uint64_t num_candidates(const Visit& visit, const FieldLayout& slice) {
+  const auto all = static_cast<std::uint64_t>(slice.width * slice.height * visit.iterations / 2);
+  const auto tile = static_cast<std::uint64_t>(visit.tile);
+  const auto tiles = static_cast<std::uint64_t>(visit.num_tiles);
+  return (tile + 1) * all / tiles - tile * all / tiles;
+}
+
+}  // namespace
+
 VisitResult AnnealMover::visit(const Visit& visit, double temperature, const PartnerDraw& partners,
                                const SliceField& field, std::span<const std::uint32_t> permutation,
                                const FieldOf& others) {
-  load(permutation);
-  delta_->bind(visit.slice, field, others);
+  load(visit, field, permutation);
+  delta_->bind(visit.slice, visit.corner, field, others);
   VisitResult result;
-  const std::uint64_t count = id_at_.size() * static_cast<std::uint64_t>(visit.iterations) / 2;
+  const std::uint64_t tile_begin = std::uint64_t{static_cast<std::uint32_t>(visit.tile)} << 32;
+  const std::uint64_t end = tile_begin + num_candidates(visit, field.layout());
+  const auto in_slice = [&](std::uint32_t cell) {
+    return static_cast<std::uint32_t>(slice_cell(field.layout(), visit.corner, delta_->layout(), cell));
+  };
   Batch batch;
-  for (std::uint64_t first = 0; first < count; first += proposal_batch) {
-    draw(visit, first, count, partners, batch);
+  for (std::uint64_t first = tile_begin; first < end; first += proposal_batch) {
+    draw(visit, first, end, partners, batch);
     for (std::size_t k = 0; k < batch.size; ++k) {
       const CellPair pair = batch.pairs[k];
       if (pair.i == pair.j) continue;
@@ -69,7 +127,7 @@ VisitResult AnnealMover::visit(const Visit& visit, double temperature, const Par
       // NaN is never accepted.
       if (!(delta_->delta(pair) <= temperature * double{batch.proposals.threshold[k]})) continue;
       carry_out(pair);
-      result.swaps.push_back({pair.i, pair.j});
+      result.swaps.push_back({in_slice(pair.i), in_slice(pair.j)});
     }
   }
   return result;
@@ -78,8 +136,8 @@ VisitResult AnnealMover::visit(const Visit& visit, double temperature, const Par
 double AnnealMover::mean_magnitude(const Visit& visit, std::int64_t count, const PartnerDraw& partners,
                                    const SliceField& field, std::span<const std::uint32_t> permutation,
                                    const FieldOf& others) {
-  load(permutation);
-  delta_->bind(visit.slice, field, others);
+  load(visit, field, permutation);
+  delta_->bind(visit.slice, visit.corner, field, others);
   double sum = 0;
   std::int64_t judged = 0;
   Batch batch;

@@ -28,18 +28,25 @@ struct SlicePlan {
 template <DistanceKind kind, ValueKernelKind value_kind, int C>
 class DoubleDelta final : public SwapDelta {
  public:
-  DoubleDelta(const Footprint& footprint, const ValueKernel& kernel)
-      : footprint_(footprint), layout_(footprint, C), metric_(kernel) {
+  DoubleDelta(const Footprint& footprint, const ValueKernel& kernel, WindowSize window)
+      : footprint_(footprint),
+        layout_(footprint, C, window),
+        slice_layout_(footprint, C),
+        metric_(kernel),
+        own_(layout_) {
     for (const SliceTaps& slice : footprint.slices()) add_slice(slice);
     pair_weights_ = pair_weight_table<double>(footprint, layout_);
   }
 
-  void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) override {
-    own_ = own;
+  const FieldLayout& layout() const override { return layout_; }
+
+  void bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others) override {
+    own_.copy_window(own, corner);
+    corner_ = corner;
     fields_.clear();
     for (const SlicePlan& plan : plans_) {
       const SliceIndex other = footprint_.extents().slice_at(slice, plan.offset);
-      fields_.push_back(other == slice ? &own_ : &others(other));
+      fields_.push_back(plan.offset == Extents::SliceCoord{} ? &own_ : &others(other));
     }
   }
 
@@ -63,13 +70,13 @@ class DoubleDelta final : public SwapDelta {
 
   void add_slice(const SliceTaps& slice) {
     SlicePlan plan{slice.offset, {}};
+    const std::int64_t stride = slice.offset == Extents::SliceCoord{} ? layout_.stride : slice_layout_.stride;
     for (std::size_t first = 0; first < slice.taps.size();) {
       std::size_t last = first;
       while (last < slice.taps.size() && slice.taps[last].dy == slice.taps[first].dy) ++last;
       const std::int32_t begin = slice.taps[first].dx;
       const auto length = static_cast<std::size_t>(slice.taps[last - 1].dx - begin + 1);
-      const TapRow row{slice.taps[first].dy * layout_.stride + begin, weights_.size(),
-                       (length + lanes - 1) / lanes * lanes};
+      const TapRow row{slice.taps[first].dy * stride + begin, weights_.size(), (length + lanes - 1) / lanes * lanes};
       weights_.resize(weights_.size() + row.num_weights);
       for (std::size_t k = first; k < last; ++k) {
         weights_[row.first_weight + static_cast<std::size_t>(slice.taps[k].dx - begin)] = slice.taps[k].weight;
@@ -81,8 +88,8 @@ class DoubleDelta final : public SwapDelta {
   }
 
   double pair_weight(Cell i, Cell j) const {
-    const std::int64_t dx = nearest_offset(j % layout_.width - i % layout_.width, layout_.width);
-    const std::int64_t dy = nearest_offset(j / layout_.width - i / layout_.width, layout_.height);
+    const std::int64_t dx = nearest_offset(j % layout_.width - i % layout_.width, layout_.width, layout_.wraps_x);
+    const std::int64_t dy = nearest_offset(j / layout_.width - i / layout_.width, layout_.height, layout_.wraps_y);
     if (std::abs(dx) > layout_.reach_x || std::abs(dy) > layout_.reach_y) return 0;
     return pair_weights_[static_cast<std::size_t>((dy + layout_.reach_y) * (2 * layout_.reach_x + 1) + dx +
                                                   layout_.reach_x)];
@@ -90,9 +97,11 @@ class DoubleDelta final : public SwapDelta {
   // sum over taps of F (K(gained, s) - K(lost, s)) around a cell.
   double centred_sum(Cell cell, const double* gained, const double* lost) const {
     const std::int64_t at = layout_.at(cell);
+    const std::int64_t at_slice = slice_layout_.at(slice_cell(slice_layout_, corner_, layout_, cell));
     std::array<double, lanes> sums{};
     for (std::size_t p = 0; p < plans_.size(); ++p) {
-      for (const TapRow& row : plans_[p].rows) add_row(row, *fields_[p], at, gained, lost, sums);
+      const std::int64_t centre = fields_[p] == &own_ ? at : at_slice;
+      for (const TapRow& row : plans_[p].rows) add_row(row, *fields_[p], centre, gained, lost, sums);
     }
     double total = 0;
     for (const double lane : sums) total += lane;
@@ -114,51 +123,54 @@ class DoubleDelta final : public SwapDelta {
   }
 
   const Footprint& footprint_;
-  FieldLayout layout_;
+  FieldLayout layout_;        // of the window
+  FieldLayout slice_layout_;  // of the other slices
   metrics::Metric<kind, value_kind, C> metric_;
   std::vector<SlicePlan> plans_;
   std::vector<double> weights_;
   std::vector<double> pair_weights_;
   SliceField own_;
+  Corner corner_;
   std::vector<const SliceField*> fields_;
 };
 
 template <DistanceKind kind, int C>
-std::unique_ptr<SwapDelta> with_value_kind(const Footprint& footprint, const ValueKernel& kernel) {
+std::unique_ptr<SwapDelta> with_value_kind(const Footprint& footprint, const ValueKernel& kernel, WindowSize window) {
   if (kernel.kind == ValueKernelKind::distance) {
-    return std::make_unique<DoubleDelta<kind, ValueKernelKind::distance, C>>(footprint, kernel);
+    return std::make_unique<DoubleDelta<kind, ValueKernelKind::distance, C>>(footprint, kernel, window);
   }
-  return std::make_unique<DoubleDelta<kind, ValueKernelKind::stbn, C>>(footprint, kernel);
+  return std::make_unique<DoubleDelta<kind, ValueKernelKind::stbn, C>>(footprint, kernel, window);
 }
 
 template <DistanceKind kind, int C, int last>
-std::unique_ptr<SwapDelta> with_channels(const Footprint& footprint, const ValueKernel& kernel) {
-  if (kernel.channels == C) return with_value_kind<kind, C>(footprint, kernel);
-  if constexpr (C < last) return with_channels<kind, C + 1, last>(footprint, kernel);
+std::unique_ptr<SwapDelta> with_channels(const Footprint& footprint, const ValueKernel& kernel, WindowSize window) {
+  if (kernel.channels == C) return with_value_kind<kind, C>(footprint, kernel, window);
+  if constexpr (C < last) return with_channels<kind, C + 1, last>(footprint, kernel, window);
   NOISELOOM_CHECK_LE(kernel.channels, last);
   return nullptr;
 }
 
-std::unique_ptr<SwapDelta> make_double_delta(const Footprint& footprint, const ValueKernel& kernel) {
+std::unique_ptr<SwapDelta> make_double_delta(const Footprint& footprint, const ValueKernel& kernel, WindowSize window) {
   switch (kernel.distance) {
     case DistanceKind::absolute:
-      return with_value_kind<DistanceKind::absolute, 1>(footprint, kernel);
+      return with_value_kind<DistanceKind::absolute, 1>(footprint, kernel, window);
     case DistanceKind::circle:
-      return with_value_kind<DistanceKind::circle, 1>(footprint, kernel);
+      return with_value_kind<DistanceKind::circle, 1>(footprint, kernel, window);
     case DistanceKind::angle:
-      return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel);
+      return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel, window);
     case DistanceKind::euclidean:
       break;
   }
-  return with_channels<DistanceKind::euclidean, 1, 8>(footprint, kernel);
+  return with_channels<DistanceKind::euclidean, 1, 8>(footprint, kernel, window);
 }
 
 }  // namespace
 
 std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision,
-                                           const FeatureMap* between_slices) {
-  if (precision == Precision::single) return make_float_delta(footprint, kernel, between_slices);
-  return make_double_delta(footprint, kernel);
+                                           const FeatureMap* between_slices, std::optional<WindowSize> window) {
+  const WindowSize size = window.value_or(WindowSize{footprint.extents().width(), footprint.extents().height()});
+  if (precision == Precision::single) return make_float_delta(footprint, kernel, size, between_slices);
+  return make_double_delta(footprint, kernel, size);
 }
 
 }  // namespace noiseloom

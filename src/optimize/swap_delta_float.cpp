@@ -63,14 +63,16 @@ class Judge<DistanceKind::absolute, ValueKernelKind::distance, 1> {
 template <DistanceKind kind, ValueKernelKind value_kind, int C>
 class FloatDelta final : public SwapDelta {
  public:
-  FloatDelta(const Footprint& footprint, const ValueKernel& kernel, const FeatureMap* between_slices)
-      : fields_(footprint, C, between_slices == nullptr), unlike_(kernel) {
-    if (between_slices != nullptr) background_.emplace(footprint, *between_slices);
+  FloatDelta(const Footprint& footprint, const ValueKernel& kernel, WindowSize window, const FeatureMap* between_slices)
+      : fields_(footprint, C, window, between_slices == nullptr), unlike_(kernel) {
+    if (between_slices != nullptr) background_.emplace(footprint, *between_slices, window);
   }
 
-  void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) override {
-    fields_.bind(slice, own, others);
-    if (background_) background_->bind(slice, own, others);
+  const FieldLayout& layout() const override { return fields_.layout(); }
+
+  void bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others) override {
+    fields_.bind(slice, corner, own, others);
+    if (background_) background_->bind(slice, corner, fields_.own(), others);
   }
   void swap(CellPair pair) override {
     fields_.swap(pair.i, pair.j);
@@ -160,34 +162,36 @@ class FloatDelta final : public SwapDelta {
 };
 
 template <DistanceKind kind, int C>
-std::unique_ptr<SwapDelta> with_value_kind(const Footprint& footprint, const ValueKernel& kernel,
+std::unique_ptr<SwapDelta> with_value_kind(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
                                            const FeatureMap* map) {
   if (kernel.kind == ValueKernelKind::distance) {
-    return std::make_unique<FloatDelta<kind, ValueKernelKind::distance, C>>(footprint, kernel, map);
+    return std::make_unique<FloatDelta<kind, ValueKernelKind::distance, C>>(footprint, kernel, window, map);
   }
-  return std::make_unique<FloatDelta<kind, ValueKernelKind::stbn, C>>(footprint, kernel, map);
+  return std::make_unique<FloatDelta<kind, ValueKernelKind::stbn, C>>(footprint, kernel, window, map);
 }
 
 template <DistanceKind kind, int C, int last>
-std::unique_ptr<SwapDelta> with_channels(const Footprint& footprint, const ValueKernel& kernel, const FeatureMap* map) {
-  if (kernel.channels == C) return with_value_kind<kind, C>(footprint, kernel, map);
-  if constexpr (C < last) return with_channels<kind, C + 1, last>(footprint, kernel, map);
+std::unique_ptr<SwapDelta> with_channels(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
+                                         const FeatureMap* map) {
+  if (kernel.channels == C) return with_value_kind<kind, C>(footprint, kernel, window, map);
+  if constexpr (C < last) return with_channels<kind, C + 1, last>(footprint, kernel, window, map);
   NOISELOOM_CHECK_LE(kernel.channels, last);
   return nullptr;
 }
 
-std::unique_ptr<SwapDelta> make(const Footprint& footprint, const ValueKernel& kernel, const FeatureMap* map) {
+std::unique_ptr<SwapDelta> make(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
+                                const FeatureMap* map) {
   switch (kernel.distance) {
     case DistanceKind::absolute:
-      return with_value_kind<DistanceKind::absolute, 1>(footprint, kernel, map);
+      return with_value_kind<DistanceKind::absolute, 1>(footprint, kernel, window, map);
     case DistanceKind::circle:
-      return with_value_kind<DistanceKind::circle, 1>(footprint, kernel, map);
+      return with_value_kind<DistanceKind::circle, 1>(footprint, kernel, window, map);
     case DistanceKind::angle:
-      return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel, map);
+      return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel, window, map);
     case DistanceKind::euclidean:
       break;
   }
-  return with_channels<DistanceKind::euclidean, 1, 8>(footprint, kernel, map);
+  return with_channels<DistanceKind::euclidean, 1, 8>(footprint, kernel, window, map);
 }
 
 }  // namespace noiseloom::HWY_NAMESPACE
@@ -198,9 +202,9 @@ namespace noiseloom {
 
 HWY_EXPORT(make);
 
-std::unique_ptr<SwapDelta> make_float_delta(const Footprint& footprint, const ValueKernel& kernel,
+std::unique_ptr<SwapDelta> make_float_delta(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
                                             const FeatureMap* between_slices) {
-  return HWY_DYNAMIC_DISPATCH(make)(footprint, kernel, between_slices);
+  return HWY_DYNAMIC_DISPATCH(make)(footprint, kernel, window, between_slices);
 }
 
 }  // namespace noiseloom

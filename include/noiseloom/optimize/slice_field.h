@@ -1,5 +1,5 @@
-// The values of one slice, laid out for the inner loops: planar, with a border that repeats the torus, so that a tap is
-// an offset and never wraps.
+// The values of one slice, or of a window of it, laid out for the inner loops: planar, with a border that repeats what
+// lies around (for a whole slice, the torus), so that a tap is an offset and never wraps.
 //
 //   element (channel c, x, y) at  c * plane_size + (y + reach_y) * stride + x + reach_x,   -reach_x <= x < width +
 //   reach_x
@@ -31,6 +31,18 @@ class CellDivider {
   std::uint64_t inverse_ = ~std::uint64_t{0};
 };
 
+// A rectangle of a slice. Along each axis it is the whole ring, or so short that the footprints of its cells do not
+// reach around the torus to each other: at most the axis less the reach.
+struct WindowSize {
+  std::int64_t width;
+  std::int64_t height;
+};
+// Where a window begins; 0 along an axis that it covers whole.
+struct Corner {
+  std::int64_t x = 0;
+  std::int64_t y = 0;
+};
+
 struct FieldLayout {
   std::int64_t width = 0;
   std::int64_t height = 0;
@@ -39,12 +51,15 @@ struct FieldLayout {
   std::int64_t stride = 0;
   std::int64_t plane_size = 0;
   int channels = 1;
+  bool wraps_x = true;  // the border repeats the cells themselves
+  bool wraps_y = true;
   CellDivider divider;
 
   // Reads of up to `slack` floats past a row's end stay inside the plane.
   static constexpr std::int64_t slack = 32;
   FieldLayout() = default;
-  FieldLayout(const Footprint& footprint, int num_channels);
+  FieldLayout(const Footprint& footprint, int num_channels);  // the whole slice
+  FieldLayout(const Footprint& footprint, int num_channels, WindowSize window);
 
   std::int64_t num_floats() const { return plane_size * channels; }
   // Position of a cell in a plane.
@@ -54,14 +69,25 @@ struct FieldLayout {
   }
   // The other place within the border where a column or row is repeated, or itself where there is none. (The reach is
   // at most half the size, so there is at most one.)
-  std::int64_t image_x(std::int64_t x) const { return image(x, width, reach_x); }
-  std::int64_t image_y(std::int64_t y) const { return image(y, height, reach_y); }
+  std::int64_t image_x(std::int64_t x) const { return wraps_x ? image(x, width, reach_x) : x; }
+  std::int64_t image_y(std::int64_t y) const { return wraps_y ? image(y, height, reach_y) : y; }
+  bool whole() const { return wraps_x && wraps_y; }
 
  private:
   static std::int64_t image(std::int64_t at, std::int64_t size, std::int64_t reach) {
     return at < reach ? at + size : at >= size - reach ? at - size : at;
   }
 };
+
+// The cell of the slice that a cell of a window at `corner` is.
+inline Cell slice_cell(const FieldLayout& slice, Corner corner, const FieldLayout& window, Cell cell) {
+  if (window.whole()) return cell;
+  const std::int64_t y = window.divider.y(cell);
+  const std::int64_t slice_x = corner.x + cell - y * window.width;
+  const std::int64_t slice_y = corner.y + y;
+  return (slice_y < slice.height ? slice_y : slice_y - slice.height) * slice.width +
+         (slice_x < slice.width ? slice_x : slice_x - slice.width);
+}
 
 class SliceField {
  public:
@@ -79,6 +105,8 @@ class SliceField {
   void swap(Cell a, Cell b);
   // sample [cell] = list[permutation[cell]], list interleaved.
   void fill(std::span<const std::uint32_t> permutation, std::span<const float> list);
+  // Copies the window at `corner` of a whole slice, and what lies around it.
+  void copy_window(const SliceField& slice, Corner corner);
   // Without the border: [channel][y][x], or interleaved [y][x][channel].
   std::vector<float> planar() const;
   void interleaved(std::span<float> out) const;

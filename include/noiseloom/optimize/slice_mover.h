@@ -1,5 +1,5 @@
-// One visit of one slice: candidate pairs are drawn, judged against a frozen copy of all other slices, and swapped.
-// What comes out is the list of swaps, in order; whoever holds the slice applies it.
+// One visit of one slice, or of a tile of it: candidate pairs are drawn, judged against a frozen copy of everything
+// around, and swapped. What comes out is the list of swaps, in order; whoever holds the slice applies it.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,10 @@ struct Visit {
   SliceIndex slice = 0;
   std::uint32_t sweep = 0;
   std::uint64_t seed = 0;
-  std::int64_t iterations = 1;  // anneal: n / 2 candidates each, for n cells
+  std::int64_t iterations = 1;  // anneal: n / 2 candidates each, for n cells of the slice
+  int tile = 0;                 // anneal: makes the candidates of one of `num_tiles` equal shares
+  int num_tiles = 1;
+  Corner corner{};  // of the tile; its size is that of the SwapDelta
 };
 
 struct VisitResult {
@@ -51,11 +54,16 @@ class PartnerDraw {
   float log2_ratio_;
 };
 
+// The cells of a window in the order of their samples' ids, which is all that partners need to know of them.
+std::vector<std::uint32_t> cells_by_id(const FieldLayout& slice, Corner corner, const FieldLayout& window,
+                                       std::span<const std::uint32_t> permutation);
+
 // Metropolis at one temperature; candidates in order, each seeing the swaps before it. temperature 0
 // accepts improvements and ties only. Partners are looked up for sixteen candidates at a time (proposals.h).
 class AnnealMover {
  public:
   explicit AnnealMover(std::unique_ptr<SwapDelta> delta);
+  // `partners` is for as many samples as the window of the SwapDelta has; the swaps are of cells of the slice.
   VisitResult visit(const Visit& visit, double temperature, const PartnerDraw& partners, const SliceField& field,
                     std::span<const std::uint32_t> permutation, const FieldOf& others);
   // Mean |dE| of `count` candidates of the visit, none of them carried out.
@@ -64,14 +72,14 @@ class AnnealMover {
 
  private:
   struct Batch;
-  void load(std::span<const std::uint32_t> permutation);
+  void load(const Visit& visit, const SliceField& field, std::span<const std::uint32_t> permutation);
   void draw(const Visit& visit, std::uint64_t first, std::uint64_t end, const PartnerDraw& partners,
             Batch& batch) const;
   void carry_out(CellPair pair);
 
   std::unique_ptr<SwapDelta> delta_;
-  std::vector<std::uint32_t> id_at_;
-  std::vector<std::uint32_t> cell_of_;
+  std::vector<std::uint32_t> id_at_;    // position of the sample of a cell among those of the window
+  std::vector<std::uint32_t> cell_of_;  // and the other way round
 };
 
 // The paper's step [FAST24, section 4.1]: every cell is paired with another by a random involution, all pairs are

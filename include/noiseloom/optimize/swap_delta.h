@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "noiseloom/optimize/feature_map.h"
 #include "noiseloom/optimize/slice_field.h"
@@ -26,13 +27,15 @@ struct CellPair {
   std::uint32_t j;
 };
 
-// Evaluates one slice at a time; one object per thread.
+// Evaluates one window of a slice at a time; one object per thread. Cells are those of the window, row after row.
 class SwapDelta {
  public:
   virtual ~SwapDelta() = default;
-  // Copies the slice whose samples move and takes a view of the slices around it.
-  virtual void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) = 0;
-  // dE for swapping the samples of two cells of the bound slice. Where i = j: any finite number.
+  virtual const FieldLayout& layout() const = 0;  // of the window
+  // Copies the window at `corner` of the slice whose samples move, and takes a view of the slices around it.
+  virtual void bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others) = 0;
+  void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) { bind(slice, {}, own, others); }
+  // dE for swapping the samples of two cells. Where i = j: any finite number.
   virtual double delta(CellPair pair) const = 0;
   // Carries the swap out in the copy.
   virtual void swap(CellPair pair) = 0;
@@ -41,8 +44,10 @@ class SwapDelta {
 // dual: double, from the definitions. single: float, vectorised; the same bits on every machine. Float resolves angles
 // between directions to 4e-7, save within 1e-3 of the antipode.
 // between_slices: where given, slices other than the moving one act through these features (dual takes all taps all the
-// same; requires footprint.factors()); otherwise through all their taps. Footprint and map must outlive the object.
+// same; requires footprint.factors()); otherwise through all their taps. window: the whole slice if not given.
+// Footprint and map must outlive the object.
 std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision,
-                                           const FeatureMap* between_slices = nullptr);
+                                           const FeatureMap* between_slices = nullptr,
+                                           std::optional<WindowSize> window = std::nullopt);
 
 }  // namespace noiseloom
