@@ -8,7 +8,7 @@
 #include "noiseloom/dist/halo_plan.h"
 #include "noiseloom/io/config.h"
 #include "noiseloom/optimize/colour_classes.h"
-#include "noiseloom/optimize/engine.h"
+#include "noiseloom/optimize/engine_choices.h"
 #include "noiseloom/problem/sample_space.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_progress.h"

@@ -69,7 +69,7 @@ struct Progress::Figures {
 
 Progress::Figures Progress::figures(const Engine& engine, std::int64_t candidates, double seconds, double part_s) {
   const Moment moment = engine.moment();
-  const HistoryRow& row = engine.history().back();
+  const SweepFigures& sweep = engine.last_sweep();
   const bool by_time = optimizer_.stop.time_s > 0;
   double fraction = by_time ? std::min(1.0, seconds / optimizer_.stop.time_s) : 0;
   if (moment.round_length > 0) {
@@ -82,9 +82,9 @@ Progress::Figures Progress::figures(const Engine& engine, std::int64_t candidate
   return {engine.iterations(),
           optimizer_.stop.iterations,
           fraction,
-          row.temperature,
-          row.acceptance,
-          row.relative_error,
+          sweep.temperature,
+          sweep.acceptance,
+          sweep.relative_error,
           part_s > 0 ? static_cast<double>(candidates) / part_s : 0,
           known ? std::max(0.0, left) : -1,
           seconds};

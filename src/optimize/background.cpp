@@ -49,7 +49,7 @@ Background::Background(const Footprint& footprint, const FeatureMap& map, Window
       mixing_(static_cast<std::size_t>(num_lanes_ * num_lanes_)),
       sums_(static_cast<std::size_t>(layout_.plane_size * map.num_features())),
       scratch_(sums_.size()),
-      cells_(static_cast<std::size_t>(2 * num_lanes_ * layout_.width * layout_.height)) {
+      cells_(static_cast<std::size_t>(2 * num_lanes_ * layout_.width * layout_.height) / block_lanes) {
   for (const SliceTaps& slice : footprint.slices().subspan(1)) {
     const auto& along = footprint.factors()->along;
     const auto factor =
@@ -70,7 +70,7 @@ void Background::bind(SliceIndex slice, Corner corner, const SliceField& own, co
   const int lanes = static_cast<int>(num_lanes_);
   const WeightedField self[] = {{&own, 1}};
   sum_features(map_, layout_, self, sums_.data());
-  gather_cells(layout_, nullptr, lanes, count, sums_.data(), 2 * num_lanes_, cells_.data());
+  gather_cells(layout_, nullptr, lanes, count, sums_.data(), 2 * num_lanes_, cells_.data()->lane);
 
   std::vector<WeightedField> around;
   if (!layout_.whole()) windows_.resize(along_.size(), SliceField(layout_));
@@ -82,12 +82,13 @@ void Background::bind(SliceIndex slice, Corner corner, const SliceField& own, co
   sum_features(map_, layout_, around, sums_.data());
   fill_borders(layout_, count, sums_.data());
   const float* filtered = filter_planes(filter_, layout_, count, sums_.data(), scratch_.data());
-  gather_cells(layout_, mixing_.data(), lanes, count, filtered, 2 * num_lanes_, cells_.data() + num_lanes_);
+  gather_cells(layout_, mixing_.data(), lanes, count, filtered, 2 * num_lanes_, cells_.data()->lane + num_lanes_);
 }
 
 void Background::swap(CellPair pair) {
-  float* i = cells_.data() + std::int64_t{pair.i} * 2 * num_lanes_;
-  std::swap_ranges(i, i + num_lanes_, cells_.data() + std::int64_t{pair.j} * 2 * num_lanes_);
+  float* const cells = cells_.data()->lane;
+  float* const i = cells + std::int64_t{pair.i} * 2 * num_lanes_;
+  std::swap_ranges(i, i + num_lanes_, cells + std::int64_t{pair.j} * 2 * num_lanes_);
 }
 
 }  // namespace noiseloom

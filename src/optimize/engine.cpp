@@ -1,11 +1,12 @@
 #include "noiseloom/optimize/engine.h"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <map>
 #include <numeric>
 
-#include "noiseloom/optimize/colour_classes.h"
-#include "noiseloom/optimize/tile_grid.h"
+#include "noiseloom/optimize/engine_choices.h"
 #include "noiseloom/problem/score.h"
 
 namespace noiseloom {
@@ -14,63 +15,11 @@ namespace {
 // What the slice that is judged first says about the size of dE.
 constexpr std::int64_t magnitude_candidates = 4096;
 
-// Measured at 128x128 with boxes, gausses and binomials, for the lowest R after 400 to 4,000 iterations; a factor of
-// two either way costs a few thousandths of R.
-double lowest_divisor(DistanceKind kind, int channels) {
-  switch (kind) {
-    case DistanceKind::absolute:
-      return 64;
-    case DistanceKind::circle:
-      return 256;
-    default:
-      return channels <= 2 ? 1024 : 4096;
-  }
-}
-
 std::vector<Extents::SliceCoord> coupled_offsets(const Footprint& footprint) {
   std::vector<Extents::SliceCoord> offsets;
   for (const SliceTaps& slice : footprint.slices()) offsets.push_back(slice.offset);
   return offsets;
 }
-
-std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint& footprint) {
-  if (method == Method::anneal) return colour_classes(footprint);
-  std::vector<SliceIndex> all(static_cast<std::size_t>(footprint.extents().num_slices()));
-  std::iota(all.begin(), all.end(), 0);
-  return {all};
-}
-
-TileGrid tiles_for(Method method, const Footprint& footprint, const std::vector<std::vector<SliceIndex>>& classes) {
-  return method == Method::anneal ? TileGrid(footprint, std::ssize(classes.front())) : TileGrid(footprint);
-}
-
-}  // namespace
-
-TemperatureRange temperature_range(const OptimizerSpec& optimizer) {
-  return {optimizer.temperature_start > 0 ? optimizer.temperature_start : 0.25,
-          optimizer.temperature_end > 0 ? optimizer.temperature_end : 2e-3};
-}
-
-// Iterations of one visit. To take a slice up costs about as much as half an iteration, and with a background as much
-// as two; but the temperature should not fall in too few steps.
-std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_background) {
-  if (optimizer.method != Method::anneal) return 1;
-  const std::int64_t longest = with_background ? 16 : footprint.couples_slices() ? 8 : 4;
-  if (optimizer.stop.iterations == 0) return longest / 4;  // the clock is read between sweeps
-  return std::clamp<std::int64_t>(optimizer.stop.iterations / 24, 1, longest);
-}
-
-std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
-                                                  const ValueKernel& kernel, const SampleSource& source) {
-  const auto own_taps = std::ssize(footprint.slices()[0].taps);
-  if (optimizer.method != Method::anneal || optimizer.precision == Precision::dual || optimizer.background_rank == 0 ||
-      !footprint.factors() || footprint.num_taps() < 3 * own_taps) {
-    return std::nullopt;
-  }
-  return FeatureMap(kernel, optimizer.background_rank, source.list(0));
-}
-
-namespace {
 
 // The schedule in sweeps, of `per_sweep` iterations each (the last may be shorter).
 StopSpec in_sweeps(StopSpec stop, std::int64_t per_sweep) {
@@ -109,6 +58,9 @@ struct Engine::Impl {
   std::int64_t own_accepted = 0;
   std::int64_t own_candidates = 0;
   std::int64_t candidates_done = 0;
+  SweepFigures figures;
+  std::int64_t own_energy = 0;  // of the swaps of the present sweep, in energy_unit; exact in any order
+  double last_score_s = 0;      // how long the last score took
 
   Impl(const ProblemSpec& p, const OptimizerSpec& o, const SampleSource& s, const Communicator& c, ThreadPool& t)
       : problem(p),
@@ -128,8 +80,7 @@ struct Engine::Impl {
         exchange(c, halo, partition),
         classes(classes_for(o.method, footprint)),
         tiles(tiles_for(o.method, footprint, classes)),
-        partners(tiles.window().width * tiles.window().height, lowest_divisor(s.distance(), s.channels()),
-                 s.distance() == DistanceKind::circle),
+        partners(partners_for(s.distance(), s.channels(), tiles.window())),
         permutations(static_cast<std::size_t>(partition.count(c.rank()))) {
     for (int worker = 0; worker < pool.num_threads(); ++worker) {
       auto delta =
@@ -303,48 +254,58 @@ struct Engine::Impl {
         own_accepted += std::ssize(results[unit].swaps);
       }
       own_candidates += results[unit].candidates;
+      own_energy += std::llround(results[unit].energy / energy_unit());
     }
+  }
+
+  // Small enough for what a tile changes, large enough for the sum over any texture.
+  double energy_unit() const { return state.mean_magnitude > 0 ? state.mean_magnitude / 1024 : 1; }
+  // What the sweep has done to R, as its swaps were judged.
+  double change_of_error(std::int64_t energy) const {
+    if (optimizer.method != Method::anneal || kernel.kind != ValueKernelKind::distance || state.mean_distance == 0)
+      return 0;
+    const double cells = static_cast<double>(problem.extents.num_cells());
+    return static_cast<double>(energy) * energy_unit() / (cells * state.mean_distance * score_footprint.weight_zero());
   }
 
   void end_sweep(double seconds) {
     const Moment moment = moment_of(stop, state.sweep, state.elapsed_s);
-    std::int64_t counts[] = {own_accepted + state.accepted, own_candidates + state.candidates};
+    std::int64_t counts[] = {own_accepted + state.accepted, own_candidates + state.candidates, own_energy};
     communicator.sum(counts);
     candidates_done += own_candidates;
-    own_accepted = own_candidates = state.accepted = state.candidates = 0;
+    own_accepted = own_candidates = own_energy = state.accepted = state.candidates = 0;
     ++state.sweep;
     state.step = 0;
-    const double shown = optimizer.method == Method::fast ? state.fraction : state.temperature;
+    figures.temperature = optimizer.method == Method::fast ? state.fraction : state.temperature;
+    figures.acceptance = counts[1] > 0 ? static_cast<double>(counts[0]) / static_cast<double>(counts[1]) : 0;
+    figures.relative_error += change_of_error(counts[2]);
     adapt_fraction(counts[0]);
     bool last = moment.ends_round() && optimizer.stop.iterations > 0;
     double now = seconds;
-    bool score = score_due(moment, scores_per_round(moment.round_length));
+    const std::int64_t scores =
+        scores_per_round(source.distance(), score_footprint, footprint, features.has_value(),
+                         moment.round_length > 0 ? moment.round_length * iterations_per_sweep : 0);
+    bool score = score_due(moment, scores);
     if (optimizer.stop.time_s > 0) {
       now = communicator.broadcast(seconds);
-      last = now >= optimizer.stop.time_s;
-      score = last || now - state.history.back().seconds >= optimizer.stop.time_s / time_scores();
+      const double score_s = communicator.broadcast(last_score_s);
+      last = now + score_s >= optimizer.stop.time_s;
+      score = last || now - state.history.back().seconds >= std::max(optimizer.stop.time_s / 50, 20 * score_s);
     }
     if (!score) return;
-    const double acceptance = counts[1] > 0 ? static_cast<double>(counts[0]) / static_cast<double>(counts[1]) : 0;
+    const double error = timed_score();
+    figures.relative_error = error;
     state.history.push_back({static_cast<double>(state.sweep), static_cast<double>(iterations_before(state.sweep)),
-                             shown, acceptance, relative_error(), now});
+                             figures.temperature, figures.acceptance, error, now});
     decide(moment, last);
   }
 
-  // How often R is evaluated in a round of that many sweeps: 50 times, or as often as costs a tenth of the round, but
-  // at least 4 times. From counts of taps and not from a clock, so that the history is the same everywhere.
-  std::int64_t scores_per_round(std::int64_t sweeps) const {
-    const double round = static_cast<double>(sweeps * iterations_per_sweep);
-    return std::clamp<std::int64_t>(static_cast<std::int64_t>(0.1 * round / iterations_per_score()), 4, 50);
-  }
-  // The same for stop.time, whose sweeps are not known: a score every 50th of the time, or less often where it is dear.
-  double time_scores() const { return iterations_per_score() > 5 ? 10 : 50; }
-  // The cost of R in iterations. Measured: a tap of R takes about 0.4 ns, in the optimiser 0.2 ns; a candidate 80 ns
-  // besides.
-  double iterations_per_score() const {
-    const auto own_taps = static_cast<double>(footprint.slices()[0].taps.size());
-    const double taps = features ? own_taps : static_cast<double>(footprint.num_taps());
-    return 0.4 * static_cast<double>(score_footprint.num_taps()) / 2 / ((0.2 * 4 * taps + 80) / 2);
+  // The clock counts for stop.time alone.
+  double timed_score() {
+    const auto begun = std::chrono::steady_clock::now();
+    const double error = relative_error();
+    last_score_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+    return error;
   }
 
   // The paper's rule: gamma doubles when fewer than gamma / 4 of all pairs were swapped.
@@ -378,7 +339,8 @@ void Engine::start() {
   impl_->state.mean_distance = impl_->mean_distance();
   impl_->state.fraction = impl_->optimizer.fraction;
   if (impl_->optimizer.method == Method::anneal) impl_->state.mean_magnitude = impl_->mean_magnitude();
-  impl_->state.history.push_back({0, 0, 0, 0, impl_->relative_error(), 0});
+  impl_->state.history.push_back({0, 0, 0, 0, impl_->timed_score(), 0});
+  impl_->figures.relative_error = impl_->state.history.back().relative_error;
 }
 
 void Engine::restore(const EngineState& state,
@@ -387,6 +349,8 @@ void Engine::restore(const EngineState& state,
   // Counts of the present sweep live on one rank, so that their sum stays what it was.
   if (!impl_->communicator.is_root()) impl_->state.accepted = impl_->state.candidates = 0;
   impl_->fill(permutation);
+  const HistoryRow& last = impl_->state.history.back();
+  impl_->figures = {last.temperature, last.acceptance, last.relative_error};
 }
 
 std::vector<SliceIndex> Engine::slices_held() const { return impl_->held(); }
@@ -414,6 +378,7 @@ EngineState Engine::state() {
 }
 
 const std::vector<HistoryRow>& Engine::history() const { return impl_->state.history; }
+const SweepFigures& Engine::last_sweep() const { return impl_->figures; }
 double Engine::temperature() const { return impl_->state.temperature; }
 std::int64_t Engine::sweep() const { return impl_->state.sweep; }
 std::int64_t Engine::iterations() const { return impl_->iterations_before(impl_->state.sweep); }

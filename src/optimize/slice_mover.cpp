@@ -84,6 +84,7 @@ void AnnealMover::draw(const Visit& visit, std::uint64_t first, std::uint64_t en
   for (std::size_t k = 0; k < batch.size; ++k) {
     const std::uint32_t i = batch.proposals.cell[k];
     batch.pairs[k] = {i, cell_of_[partners.partner(id_at_[i], batch.proposals.step[k])]};
+    delta_->prefetch(batch.pairs[k]);
   }
 }
 
@@ -124,9 +125,11 @@ VisitResult AnnealMover::visit(const Visit& visit, double temperature, const Par
       const CellPair pair = batch.pairs[k];
       if (pair.i == pair.j) continue;
       ++result.candidates;
+      const double change = delta_->delta(pair);
       // NaN is never accepted.
-      if (!(delta_->delta(pair) <= temperature * double{batch.proposals.threshold[k]})) continue;
+      if (!(change <= temperature * double{batch.proposals.threshold[k]})) continue;
       carry_out(pair);
+      result.energy += change;
       result.swaps.push_back({in_slice(pair.i), in_slice(pair.j)});
     }
   }

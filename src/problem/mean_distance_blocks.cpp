@@ -61,18 +61,18 @@ SampleBlock make_block(DistanceKind kind, int channels, std::span<const float> s
 double self_distance_sum(DistanceKind kind, int channels, const SampleBlock& block) {
   if (is_one_dimensional(kind)) return sorted_sum(kind, block.values);
   const RunSum sum = sum_to_first(kind);
-  const SampleRun run{block.values.data(), block.size};
+  const auto at = [&](std::size_t i) { return SampleRun{block.values.data() + i, block.size}; };
   CompensatedSum with_itself;
   CompensatedSum with_later;
   for (std::size_t begin = 0; begin < block.size; begin += piece) {
     const std::size_t end = std::min(begin + piece, block.size);
     for (std::size_t i = 0; i < end; ++i) {
       const std::size_t first = std::max(begin, i + 1);
-      with_later.add(sum(run.from(i), run.from(first), end - std::min(first, end), static_cast<std::size_t>(channels)));
+      with_later.add(sum(at(i), at(first), end - std::min(first, end), static_cast<std::size_t>(channels)));
     }
   }
   for (std::size_t i = 0; i < block.size; ++i) {
-    with_itself.add(sum(run.from(i), run.from(i), 1, static_cast<std::size_t>(channels)));
+    with_itself.add(sum(at(i), at(i), 1, static_cast<std::size_t>(channels)));
   }
   return with_itself.value() + 2 * with_later.value();
 }
@@ -85,13 +85,12 @@ double cross_distance_sum(DistanceKind kind, int channels, const SampleBlock& a,
     return (sorted_sum(kind, both) - sorted_sum(kind, a.values) - sorted_sum(kind, b.values)) / 2;
   }
   const RunSum sum = sum_to_first(kind);
-  const SampleRun from{a.values.data(), a.size};
-  const SampleRun to{b.values.data(), b.size};
   CompensatedSum total;
   for (std::size_t begin = 0; begin < b.size; begin += piece) {
     const std::size_t count = std::min(piece, b.size - begin);
     for (std::size_t i = 0; i < a.size; ++i) {
-      total.add(sum(from.from(i), to.from(begin), count, static_cast<std::size_t>(channels)));
+      total.add(sum({a.values.data() + i, a.size}, {b.values.data() + begin, b.size}, count,
+                    static_cast<std::size_t>(channels)));
     }
   }
   return total.value();

@@ -7,6 +7,7 @@
 #include "compensated_sum.h"
 #include "overlap.h"
 #include "score_distance.h"
+#include "score_row_simd.h"
 
 namespace noiseloom {
 namespace {
@@ -53,23 +54,46 @@ class PaddedRow {
       std::copy_n(from, pad_, to + pad_ + width_);
     }
   }
-  SampleRun at(std::int32_t dx) const { return {values_.data() + static_cast<std::ptrdiff_t>(pad_) + dx, stride_}; }
+  SampleRun run() const { return {values_.data() + pad_, stride_}; }  // from the first cell on
 
  private:
   std::size_t width_, cells_, channels_, pad_, stride_;
   std::vector<double> values_;
 };
 
+struct TapRow {
+  std::int32_t dy;
+  std::vector<std::int32_t> offsets;
+  std::vector<double> weights;
+};
+
 // The taps that are looked at, weighted with how often they count.
-std::vector<PlaneTap> counted_taps(const Extents& extents, const SliceTaps& slice, PairEnds ends) {
+std::vector<TapRow> counted_rows(const Extents& extents, const SliceTaps& slice, PairEnds ends) {
   const bool same_slice = slice.offset == Extents::SliceCoord{};
   const double from_slice = ends == PairEnds::both ? 1 : slice_multiplicity(extents, slice.offset);
-  std::vector<PlaneTap> taps;
-  for (PlaneTap tap : slice.taps) {
-    tap.weight *= same_slice ? plane_multiplicity(extents, tap) : from_slice;
-    if (tap.weight != 0) taps.push_back(tap);
+  std::vector<TapRow> rows;
+  for (const PlaneTap& tap : slice.taps) {
+    const double weight = tap.weight * (same_slice ? plane_multiplicity(extents, tap) : from_slice);
+    if (weight == 0) continue;
+    if (rows.empty() || rows.back().dy != tap.dy) rows.push_back({tap.dy, {}, {}});
+    rows.back().offsets.push_back(tap.dx);
+    rows.back().weights.push_back(weight);
   }
-  return taps;
+  return rows;
+}
+
+// sum over taps of weight * sum over a row of d(a, b at the tap).
+double row_sum(DistanceKind kind, const RowTaps& taps, SampleRun a, SampleRun b, int channels, std::int64_t width) {
+  const auto count = static_cast<std::size_t>(width);
+  if (kind == DistanceKind::absolute) return scalar_row_sum(taps, a.values, b.values, count);
+  if (kind == DistanceKind::circle) return circle_row_sum(taps, a.values, b.values, count);
+  const RunSum sum = sum_of_pairs(kind);
+  double total = 0;
+  for (std::size_t k = 0; k < taps.weights.size(); ++k) {
+    const SampleRun at_tap{b.values + taps.offsets[k], b.stride};
+    total += taps.weights[k] * sum(a, at_tap, count, static_cast<std::size_t>(channels));
+  }
+  return total;
 }
 
 }  // namespace
@@ -77,22 +101,18 @@ std::vector<PlaneTap> counted_taps(const Extents& extents, const SliceTaps& slic
 double weighted_distance_sum(const Footprint& footprint, DistanceKind kind, int channels, SliceIndex slice,
                              const SliceValues& values, PairEnds ends) {
   const Extents& extents = footprint.extents();
-  const RunSum sum = sum_of_pairs(kind);
-  const auto width = static_cast<std::size_t>(extents.width());
   PaddedRow own(extents, channels, 0);
   PaddedRow other(extents, channels, footprint.reach(0));
   CompensatedSum total;
   for (const SliceTaps& coupled : footprint.slices()) {
-    const std::vector<PlaneTap> taps = counted_taps(extents, coupled, ends);
-    if (taps.empty()) continue;
+    const std::vector<TapRow> rows = counted_rows(extents, coupled, ends);
     const float* own_values = values(slice);
     const float* other_values = values(extents.slice_at(slice, coupled.offset));
-    for (std::int64_t y = 0; y < extents.height(); ++y) {
+    for (std::int64_t y = 0; y < extents.height() && !rows.empty(); ++y) {
       own.load(own_values, y);
-      for (std::size_t k = 0; k < taps.size(); ++k) {
-        const std::int64_t row = (y + taps[k].dy + extents.height()) % extents.height();
-        if (k == 0 || taps[k].dy != taps[k - 1].dy) other.load(other_values, row);
-        total.add(taps[k].weight * sum(own.at(0), other.at(taps[k].dx), width, static_cast<std::size_t>(channels)));
+      for (const TapRow& row : rows) {
+        other.load(other_values, (y + row.dy + extents.height()) % extents.height());
+        total.add(row_sum(kind, {row.offsets, row.weights}, own.run(), other.run(), channels, extents.width()));
       }
     }
   }

@@ -1,6 +1,7 @@
 #include "noiseloom/problem/score.h"
 
 #include <gtest/gtest.h>
+#include <hwy/highway.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +9,7 @@
 #include <set>
 
 #include "problem/score_distance.h"
+#include "problem/score_row_simd.h"
 #include "support/filter_specs.h"
 #include "support/oracle.h"
 
@@ -209,6 +211,36 @@ TEST(Score, HasTheSameBitsForAnyVectorWidth) {
     for (const std::size_t count : {0, 1, 7, 8, 127, 128, 129, 1018}) {
       EXPECT_EQ(sum_of_pairs(kind)(a, a.from(509), count, 3), sum_of_pairs(kind, true)(a, a.from(509), count, 3));
       EXPECT_EQ(sum_to_first(kind)(a, a.from(509), count, 3), sum_to_first(kind, true)(a, a.from(509), count, 3));
+    }
+  }
+}
+
+TEST(Score, OfRowsIsTheSumOverTapsWithTheSameBitsOnAllInstructionSets) {
+  const Texture texture = oracle::random_texture(Extents({509, 3}), DistanceKind::absolute, 1, 2);
+  const std::vector<double> values(texture.values.begin(), texture.values.end());
+  const std::vector<std::int32_t> offsets = {0, -3, 2, 5, -1};  // one more than are taken at once
+  const std::vector<double> weights = {0.5, -1, 0.25, 0.125, 2};
+  const double* a = values.data();
+  const double* b = a + 500;
+  for (const bool circle : {false, true}) {
+    const auto sum = circle ? circle_row_sum : scalar_row_sum;
+    for (const std::size_t count : {0, 1, 7, 8, 127, 128, 129, 1018}) {
+      double expected = 0;
+      for (std::size_t k = 0; k < offsets.size(); ++k) {
+        for (std::size_t i = 0; i < count; ++i) {
+          const double d = std::abs(a[i] - b[static_cast<std::ptrdiff_t>(i) + offsets[k]]);
+          expected += weights[k] * (circle ? std::min(d, 1 - d) : d);
+        }
+      }
+      hwy::SetSupportedTargetsForTest(HWY_STATIC_TARGET);
+      const double reference = sum({offsets, weights}, a, b, count);
+      hwy::SetSupportedTargetsForTest(0);
+      EXPECT_NEAR(reference, expected, 1e-10);
+      for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
+        hwy::SetSupportedTargetsForTest(targets & -targets);
+        EXPECT_EQ(sum({offsets, weights}, a, b, count), reference) << count << " " << targets;
+        hwy::SetSupportedTargetsForTest(0);
+      }
     }
   }
 }

@@ -45,19 +45,12 @@ struct EngineState {
   std::vector<HistoryRow> history;
 };
 
-// The start and end temperature of the anneal, in units of the mean |dE| at the start.
-struct TemperatureRange {
-  double start;
-  double end;
+// The last sweep: what a person sees between two scores.
+struct SweepFigures {
+  double temperature = 0;  // or gamma
+  double acceptance = 0;
+  double relative_error = 0;  // R at the last score, moved on by the energy of the swaps since
 };
-TemperatureRange temperature_range(const OptimizerSpec& optimizer);
-
-// The low-rank background of slices that are coupled by a product; nothing where taps are exact (other filters, double
-// precision, rank 0, or so few taps between slices that features would cost more).
-std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
-                                                  const ValueKernel& kernel, const SampleSource& source);
-// Iterations that one visit of a slice makes.
-std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_background);
 
 class Engine {
  public:
@@ -84,6 +77,7 @@ class Engine {
   // The state to save; counts summed over ranks. *Collective*
   EngineState state();
   const std::vector<HistoryRow>& history() const;
+  const SweepFigures& last_sweep() const;
   double temperature() const;
   std::int64_t sweep() const;
   std::int64_t iterations() const;  // done so far

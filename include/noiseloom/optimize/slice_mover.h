@@ -25,6 +25,7 @@ struct Visit {
 struct VisitResult {
   std::vector<Swap> swaps;
   std::int64_t candidates = 0;
+  double energy = 0;  // anneal: sum of dE of the swaps
 };
 
 // Partners that are near in sample space: ids (positions in a locality-preserving order of the slice's samples) whose

@@ -37,6 +37,8 @@ class SwapDelta {
   void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) { bind(slice, {}, own, others); }
   // dE for swapping the samples of two cells. Where i = j: any finite number.
   virtual double delta(CellPair pair) const = 0;
+  // Says that delta(pair) will be asked for soon.
+  virtual void prefetch(CellPair) const {}
   // Carries the swap out in the copy.
   virtual void swap(CellPair pair) = 0;
 };

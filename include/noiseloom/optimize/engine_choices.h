@@ -1,0 +1,42 @@
+// What the engine chooses from the problem: pure functions of config and footprint, never of ranks, threads or clocks.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "noiseloom/optimize/feature_map.h"
+#include "noiseloom/optimize/slice_mover.h"
+#include "noiseloom/optimize/spec.h"
+#include "noiseloom/optimize/tile_grid.h"
+#include "noiseloom/problem/sample_space.h"
+
+namespace noiseloom {
+
+// The start and end temperature of the anneal, in units of the mean |dE| at the start.
+struct TemperatureRange {
+  double start;
+  double end;
+};
+TemperatureRange temperature_range(const OptimizerSpec& optimizer);
+
+// Partners for as many samples as a tile has.
+PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile);
+
+// The slices that move together: colour classes (anneal), or all of them (fast).
+std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint& footprint);
+TileGrid tiles_for(Method method, const Footprint& footprint, const std::vector<std::vector<SliceIndex>>& classes);
+
+// The low-rank background of slices that are coupled by a product; nothing where taps are exact (other filters, double
+// precision, rank 0, or so few taps between slices that features would cost more).
+std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
+                                                  const ValueKernel& kernel, const SampleSource& source);
+// Iterations that one visit of a slice makes.
+std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_background);
+
+// How often R is evaluated in a round of that many iterations: 50 times, or as often as costs a twentieth of it, at
+// least once. From counts of taps, so that the history is the same everywhere. `judged` is the footprint that candidates
+// are judged with, `scored` that of R.
+std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, const Footprint& judged, bool with_background,
+                              std::int64_t iterations);
+
+}  // namespace noiseloom

@@ -1,0 +1,78 @@
+#include "noiseloom/optimize/engine_choices.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "noiseloom/optimize/colour_classes.h"
+
+namespace noiseloom {
+namespace {
+
+// Measured at 128x128 with boxes, gausses and binomials, for the lowest R after 400 to 4,000 iterations; a factor of
+// two either way costs a few thousandths of R.
+double lowest_divisor(DistanceKind kind, int channels) {
+  switch (kind) {
+    case DistanceKind::absolute:
+      return 64;
+    case DistanceKind::circle:
+      return 256;
+    default:
+      return channels <= 2 ? 1024 : 4096;
+  }
+}
+
+}  // namespace
+
+TemperatureRange temperature_range(const OptimizerSpec& optimizer) {
+  return {optimizer.temperature_start > 0 ? optimizer.temperature_start : 0.25,
+          optimizer.temperature_end > 0 ? optimizer.temperature_end : 2e-3};
+}
+
+PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile) {
+  return {tile.width * tile.height, lowest_divisor(kind, channels), kind == DistanceKind::circle};
+}
+
+std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint& footprint) {
+  if (method == Method::anneal) return colour_classes(footprint);
+  std::vector<SliceIndex> all(static_cast<std::size_t>(footprint.extents().num_slices()));
+  std::iota(all.begin(), all.end(), 0);
+  return {all};
+}
+
+TileGrid tiles_for(Method method, const Footprint& footprint, const std::vector<std::vector<SliceIndex>>& classes) {
+  return method == Method::anneal ? TileGrid(footprint, std::ssize(classes.front())) : TileGrid(footprint);
+}
+
+// To take a slice up costs about as much as half an iteration, and with a background as much as two; but the
+// temperature should not fall in too few steps.
+std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_background) {
+  if (optimizer.method != Method::anneal) return 1;
+  const std::int64_t longest = with_background ? 16 : footprint.couples_slices() ? 8 : 4;
+  if (optimizer.stop.iterations == 0) return longest / 2;  // the clock is read between sweeps
+  return std::clamp<std::int64_t>(optimizer.stop.iterations / 24, 1, longest);
+}
+
+std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
+                                                  const ValueKernel& kernel, const SampleSource& source) {
+  const auto own_taps = std::ssize(footprint.slices()[0].taps);
+  if (optimizer.method != Method::anneal || optimizer.precision == Precision::dual || optimizer.background_rank == 0 ||
+      !footprint.factors() || footprint.num_taps() < 3 * own_taps) {
+    return std::nullopt;
+  }
+  return FeatureMap(kernel, optimizer.background_rank, source.list(0));
+}
+
+std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, const Footprint& judged, bool with_background,
+                              std::int64_t iterations) {
+  // Nanoseconds, measured: of R for a tap of a cell, and of a candidate without and for each tap.
+  const double scored_tap = kind == DistanceKind::angle ? 4 : kind == DistanceKind::euclidean ? 0.5 : 0.15;
+  const double judged_tap = kind == DistanceKind::angle ? 1 : kind == DistanceKind::euclidean ? 0.3 : 0.1;
+  const auto own_taps = static_cast<double>(judged.slices()[0].taps.size());
+  const double taps = with_background ? own_taps : static_cast<double>(judged.num_taps());
+  const double score = scored_tap * static_cast<double>(scored.num_taps()) / 2;
+  const double iteration = (30 + 2 * judged_tap * taps) / 2;
+  return std::clamp<std::int64_t>(static_cast<std::int64_t>(static_cast<double>(iterations) * iteration / score / 20),
+                                  1, 50);
+}
+
+}  // namespace noiseloom
