@@ -34,7 +34,8 @@ double seconds_per_candidate(const RunConfig& config, const SampleSource& source
   SliceField field(FieldLayout(footprint, source.channels()));
   field.fill(start_permutation(problem.seed, 0, problem.extents.cells_per_slice()), source.list(0));
   const ValueKernel kernel = make_value_kernel(problem, source.channels(), source.distance());
-  const std::optional<FeatureMap> features = features_between_slices(config.optimizer, footprint, kernel, source);
+  const std::optional<FeatureMap> features =
+      features_between_slices(config.optimizer, footprint, kernel, source, config.optimizer.background_rank);
   const auto delta = make_swap_delta(footprint, kernel, config.optimizer.precision, features ? &*features : nullptr);
   const auto begun = std::chrono::steady_clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); };
@@ -73,7 +74,7 @@ class Plan {
         threads_(threads),
         background_(features_between_slices(config.optimizer, footprint_,
                                             make_value_kernel(config.problem, source_.channels(), source_.distance()),
-                                            source_)
+                                            source_, config.optimizer.background_rank)
                         .has_value()) {
     for (const SliceTaps& slice : footprint_.slices()) offsets_.push_back(slice.offset);
   }
@@ -104,7 +105,7 @@ RankPlan Plan::rank_plan(const HaloPlan& halo, int rank) const {
   const double values = static_cast<double>(extents_.cells_per_slice()) * 4;
   const double bytes = held * (static_cast<double>(layout.num_floats()) * 4 + values * source_.channels()) +
                        static_cast<double>(partition_.count(rank)) * values;
-  const double features = background_ ? 16.0 * config_.optimizer.background_rank : 0;
+  const double features = background_ ? 16.0 * background_rank(config_.optimizer, 1) : 0;
   const double thread = 3 * 4 * static_cast<double>(layout.num_floats()) +
                         static_cast<double>(extents_.cells_per_slice()) * (8 + features);
   const double program = 30 * 1024 * 1024;

@@ -253,9 +253,9 @@ std::span<const Setting> all() {
        .range = at_least(0, 0.5)},
       {.key = "optimizer.background_rank",
        .type = Type::integer,
-       .sentence =
-           "Product filters over slices: features that stand for the other slices, so that a deep filter costs no more "
-           "than a shallow one. 0: every tap, exactly, as with precision \"double\".",
+       .sentence = "Product filters over slices: features that stand for the other slices (four times as many in the "
+                   "last quarter), so that a deep filter costs no more "
+                   "than a shallow one. 0: every tap, exactly, as with precision \"double\".",
        .field = [](const Target& t) -> Field { return &t.config->optimizer.background_rank; },
        .range = at_least(0, 64),
        .when = with_method("anneal")},

@@ -40,6 +40,7 @@ struct Engine::Impl {
   Footprint footprint;
   ValueKernel kernel;
   std::optional<FeatureMap> features;
+  int rank_now;
   std::int64_t iterations_per_sweep;
   StopSpec stop;
   FieldLayout layout;
@@ -71,7 +72,8 @@ struct Engine::Impl {
         score_footprint(p.extents, p.filter),
         footprint(p.extents, p.filter, o.cutoff),
         kernel(make_value_kernel(p, s.channels(), s.distance())),
-        features(features_between_slices(o, footprint, kernel, s)),
+        features(features_between_slices(o, footprint, kernel, s, o.background_rank)),
+        rank_now(o.background_rank),
         iterations_per_sweep(visit_length(o, footprint, features.has_value())),
         stop(in_sweeps(o.stop, iterations_per_sweep)),
         layout(footprint, s.channels()),
@@ -82,6 +84,12 @@ struct Engine::Impl {
         tiles(tiles_for(o.method, footprint, classes)),
         partners(partners_for(s.distance(), s.channels(), tiles.window())),
         permutations(static_cast<std::size_t>(partition.count(c.rank()))) {
+    make_movers();
+  }
+
+  void make_movers() {
+    anneal_movers.clear();
+    pairing_movers.clear();
     for (int worker = 0; worker < pool.num_threads(); ++worker) {
       auto delta =
           make_swap_delta(footprint, kernel, optimizer.precision, features ? &*features : nullptr, tiles.window());
@@ -91,6 +99,17 @@ struct Engine::Impl {
         pairing_movers.emplace_back(std::move(delta));
       }
     }
+  }
+
+  // For the present sweep.
+  void choose_background() {
+    if (!features) return;
+    const int rank = background_rank(optimizer, moment_of(stop, state.sweep, state.elapsed_s).fraction);
+    if (rank == rank_now) return;
+    rank_now = rank;
+    anneal_movers.clear();  // before the features that they look at
+    features = features_between_slices(optimizer, footprint, kernel, source, rank);
+    make_movers();
   }
 
   bool owns(SliceIndex slice) const { return partition.owner(slice) == communicator.rank(); }
@@ -178,6 +197,7 @@ struct Engine::Impl {
   void begin_sweep(double seconds) {
     if (optimizer.stop.time_s > 0) state.elapsed_s = communicator.broadcast(seconds);
     const Moment moment = moment_of(stop, state.sweep, state.elapsed_s);
+    choose_background();
     const TemperatureRange range = temperature_range(optimizer);
     state.temperature = state.mean_magnitude * temperature_at(range.start, range.end, moment.fraction);
     own_accepted = own_candidates = 0;
@@ -290,7 +310,7 @@ struct Engine::Impl {
       now = communicator.broadcast(seconds);
       const double score_s = communicator.broadcast(last_score_s);
       last = now + score_s >= optimizer.stop.time_s;
-      score = last || now - state.history.back().seconds >= std::max(optimizer.stop.time_s / 50, 20 * score_s);
+      score = last || now - state.history.back().seconds >= std::max(optimizer.stop.time_s / 50, 10 * score_s);
     }
     if (!score) return;
     const double error = timed_score();
@@ -349,6 +369,7 @@ void Engine::restore(const EngineState& state,
   // Counts of the present sweep live on one rank, so that their sum stays what it was.
   if (!impl_->communicator.is_root()) impl_->state.accepted = impl_->state.candidates = 0;
   impl_->fill(permutation);
+  impl_->choose_background();
   const HistoryRow& last = impl_->state.history.back();
   impl_->figures = {last.temperature, last.acceptance, last.relative_error};
 }

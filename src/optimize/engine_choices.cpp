@@ -53,13 +53,19 @@ std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footp
 }
 
 std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
-                                                  const ValueKernel& kernel, const SampleSource& source) {
+                                                  const ValueKernel& kernel, const SampleSource& source, int rank) {
   const auto own_taps = std::ssize(footprint.slices()[0].taps);
-  if (optimizer.method != Method::anneal || optimizer.precision == Precision::dual || optimizer.background_rank == 0 ||
+  if (optimizer.method != Method::anneal || optimizer.precision == Precision::dual || rank == 0 ||
       !footprint.factors() || footprint.num_taps() < 3 * own_taps) {
     return std::nullopt;
   }
-  return FeatureMap(kernel, optimizer.background_rank, source.list(0));
+  return FeatureMap(kernel, rank, source.list(0));
+}
+
+int background_rank(const OptimizerSpec& optimizer, double fraction) {
+  constexpr int most = 64;
+  return fraction < 0.75 ? optimizer.background_rank
+                         : std::max(optimizer.background_rank, std::min(most, 4 * optimizer.background_rank));
 }
 
 std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, const Footprint& judged, bool with_background,
@@ -71,7 +77,7 @@ std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, const 
   const double taps = with_background ? own_taps : static_cast<double>(judged.num_taps());
   const double score = scored_tap * static_cast<double>(scored.num_taps()) / 2;
   const double iteration = (30 + 2 * judged_tap * taps) / 2;
-  return std::clamp<std::int64_t>(static_cast<std::int64_t>(static_cast<double>(iterations) * iteration / score / 20),
+  return std::clamp<std::int64_t>(static_cast<std::int64_t>(static_cast<double>(iterations) * iteration / score / 10),
                                   1, 50);
 }
 

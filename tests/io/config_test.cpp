@@ -226,7 +226,7 @@ method = "anneal"
 stop = { iterations = 11 }
 precision = "float"
 cutoff = 0.0
-background_rank = 16
+background_rank = 8
 )");
 }
 

@@ -31,6 +31,17 @@ value_kernel = "stbn"
 stop = { iterations = 12 }
 """
 
+# Wide enough for tiles.
+TILES = """
+[texture]
+size    = { x = 131, y = 97, t = 2 }
+samples = "circle"
+[filter]
+groups  = [ { axes = "xy", kernel = "box", size = 3 } ]
+[optimizer]
+stop = { iterations = 20 }
+"""
+
 FAST = PRODUCT.replace("[optimizer]", '[optimizer]\nmethod = "fast"').replace("hemisphere-cosine", "gauss")
 
 
@@ -40,7 +51,7 @@ class SameBytes(ProgramTest):
         return self.samples_checksum("run.h5")
 
     def test_ranks_threads_and_processors(self):
-        for name, text in (("product", PRODUCT), ("sum", SUM), ("fast", FAST)):
+        for name, text in (("product", PRODUCT), ("sum", SUM), ("tiles", TILES), ("fast", FAST)):
             with self.subTest(name):
                 config = self.write(name + ".toml", text)
                 expected = self.checksum(config, "--threads", 1)

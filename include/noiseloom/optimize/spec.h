@@ -21,7 +21,7 @@ struct OptimizerSpec {
   StopSpec stop;
   Precision precision = Precision::single;
   double cutoff = 0;             // footprint taps below cutoff * F(0) are left out of the energy (never out of R)
-  int background_rank = 16;      // anneal, product over slices: features that stand for the other slices; 0: all taps
+  int background_rank = 8;       // anneal, product over slices: features that stand for the other slices; 0: all taps
   double temperature_start = 0;  // anneal: in units of the problem's mean |dE|; 0 = found from the problem
   double temperature_end = 0;
   double fraction = 0.125;    // fast: first value of gamma
