@@ -14,6 +14,7 @@ namespace {
 
 // What the slice that is judged first says about the size of dE.
 constexpr std::int64_t magnitude_candidates = 4096;
+constexpr std::int64_t least_sweeps_per_fraction = 100;
 
 std::vector<Extents::SliceCoord> coupled_offsets(const Footprint& footprint) {
   std::vector<Extents::SliceCoord> offsets;
@@ -299,7 +300,7 @@ struct Engine::Impl {
     figures.temperature = optimizer.method == Method::fast ? state.fraction : state.temperature;
     figures.acceptance = counts[1] > 0 ? static_cast<double>(counts[0]) / static_cast<double>(counts[1]) : 0;
     figures.relative_error += change_of_error(counts[2]);
-    adapt_fraction(counts[0]);
+    adapt_fraction(counts[0], moment);
     bool last = moment.ends_round() && optimizer.stop.iterations > 0;
     double now = seconds;
     const std::int64_t scores =
@@ -328,9 +329,13 @@ struct Engine::Impl {
     return error;
   }
 
-  // The paper's rule: gamma doubles when fewer than gamma / 4 of all pairs were swapped.
-  void adapt_fraction(std::int64_t accepted) {
+  // The paper's rule: gamma doubles when fewer than gamma / 4 of all pairs were swapped. Looked at once in a hundredth
+  // of the run, as its authors' program does, and never sooner than those hundred sweeps of its ten thousand: swaps
+  // double with gamma, so a rule that is looked at every sweep takes gamma to 1 in three, and the pairs that then swap
+  // together drive R up without end.
+  void adapt_fraction(std::int64_t accepted, const Moment& moment) {
     if (optimizer.method != Method::fast || !optimizer.grow_fraction) return;
+    if (state.sweep % std::max(least_sweeps_per_fraction, moment.round_length / 100) != 0) return;
     const double pairs = static_cast<double>(problem.extents.num_cells()) / 2;
     if (static_cast<double>(accepted) < state.fraction / 4 * pairs) state.fraction = std::min(1.0, 2 * state.fraction);
   }

@@ -117,9 +117,8 @@ TEST_P(Windows, JudgeSwapsAsTheWholeSliceDoes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Both, Windows, ::testing::Values(Precision::single, Precision::dual), [](const auto& test) {
-  return test.param == Precision::single ? "float" : "double";
-});
+INSTANTIATE_TEST_SUITE_P(Both, Windows, ::testing::Values(Precision::single, Precision::dual),
+                         [](const auto& test) { return test.param == Precision::single ? "float" : "double"; });
 
 TEST(Windows, WithABackgroundJudgeSwapsAsTheWholeSliceDoes) {
   const Extents extents({23, 19, 8});
