@@ -1,4 +1,4 @@
-// The program behind `noiseloom export`, `score` and `analyze`: what needs image libraries and no MPI.
+// The program behind `noiseloom export`, `score`, `analyze` and `accuracy`: what needs image libraries and no MPI.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -23,6 +23,7 @@
 #include "noiseloom/study/output_files.h"
 #include "noiseloom/study/score_file.h"
 #include "noiseloom/study/texture_file.h"
+#include "noiseloom_study.h"
 
 namespace noiseloom {
 namespace {
@@ -108,8 +109,8 @@ void run_score(const Common& common, bool json, bool slices) {
     throw UserError(common.file, "not a run file: --config must say what the values mean (texture and filter)");
   ThreadPool pool(threads_of(common));
   const DistanceKind distance = distance_kind(file.config->problem.samples, file.texture.channels);
-  const TextureScore score = score_texture(file.texture, distance, file.config->problem.filter,
-                                           standard_filters(file.texture.extents), pool);
+  const TextureScore score =
+      score_texture(file.texture, distance, file.config->problem.filter, standard_filters(file.texture.extents), pool);
   const std::string text =
       json ? score_json(common.file, file, score, slices) : score_text(common.file, file, score, slices);
   fmt::print("{}", text);
@@ -213,9 +214,11 @@ int run(int argc, char** argv) {
   add_export(app, arguments);
   add_score(app, arguments);
   add_analyze(app, arguments);
+  int status = exit_done;
+  add_accuracy(app, status);
   try {
     app.parse(argc, argv);
-    return exit_done;
+    return status;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? exit_done : exit_user;
   } catch (const UserError& error) {

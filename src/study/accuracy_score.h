@@ -1,0 +1,28 @@
+// R of a finished run, as it is and as 8 and 16 bit images would hold it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "noiseloom/core/parallel.h"
+#include "noiseloom/study/encoding.h"
+#include "noiseloom/study/texture_file.h"
+
+namespace noiseloom {
+
+struct RunScores {
+  std::int64_t iterations = 0;  // of the last row of its history
+  double relative_error = 0;
+  std::optional<double> r_8bit;  // none for samples without natural bounds
+  std::optional<double> r_16bit;
+};
+
+// Throws UserError, naming what is damaged.
+RunScores score_run(const std::string& run_file, ThreadPool& pool);
+
+// The texture as images of `bits` bits give it back: stored and decoded (encoding.h), directions made unit length
+// again.
+Texture through_bits(const Texture& texture, const SampleSpec& samples, const ValueRange& range, int bits);
+
+}  // namespace noiseloom
