@@ -23,6 +23,7 @@ constexpr double cost_of_a_tap = 0.5;
 constexpr double double_cost = 4;
 constexpr double cheap_knob = 2;        // knobs up to this cost share an iteration count, those above another
 constexpr double share_of_budget = 30;  // a knob takes about this part of the budget
+constexpr std::size_t runs_to_tell_start_up = 3;
 
 std::vector<std::int64_t> line_iterations(Method method, std::int64_t own) {
   const std::int64_t top = std::max(least_top, own > 0 ? beyond_default * own : 0);
@@ -99,16 +100,17 @@ class KnobPlacer {
   std::optional<std::int64_t> iterations(const AccuracyKnob& knob) const {
     if (const auto fixed = fixed_by_earlier(knob)) return fixed;
     const double cost = class_cost(ladder_, knob);
+    const std::vector<TimedPoint> line = own_line();
     for (const AccuracyPoint& point : ladder_.lines) {
       if (point.method != ladder_.method || point.iterations == 0 || is_done(done_, point)) continue;
       const auto seconds = predicted_seconds(ladder_, point, done_);
-      if (!seconds || (*seconds * cost <= share_s_ && *seconds <= left_s_)) return std::nullopt;
+      const bool may_be_start_up = line.size() < runs_to_tell_start_up;
+      if (!seconds || (*seconds <= left_s_ && (may_be_start_up || *seconds * cost <= share_s_))) return std::nullopt;
       break;
     }
     std::optional<std::int64_t> least;
     std::optional<std::int64_t> largest;
-    for (const TimedPoint& run : done_) {
-      if (run.point.method != ladder_.method || run.point.iterations == 0 || run.point.is_knob()) continue;
+    for (const TimedPoint& run : line) {
       if (!least || run.point.iterations < *least) least = run.point.iterations;
       if (run.seconds * cost <= share_s_ && (!largest || run.point.iterations > *largest))
         largest = run.point.iterations;
@@ -117,6 +119,14 @@ class KnobPlacer {
   }
 
  private:
+  // The runs of the config's method with nothing else changed.
+  std::vector<TimedPoint> own_line() const {
+    std::vector<TimedPoint> line;
+    for (const TimedPoint& run : done_)
+      if (run.point.method == ladder_.method && run.point.iterations > 0 && !run.point.is_knob()) line.push_back(run);
+    return line;
+  }
+
   std::optional<std::int64_t> fixed_by_earlier(const AccuracyKnob& knob) const {
     for (const TimedPoint& run : done_) {
       const AccuracyKnob* const other = run.point.is_knob() ? find_knob(ladder_, run.point) : nullptr;

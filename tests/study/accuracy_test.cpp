@@ -157,6 +157,16 @@ TEST(AccuracyBudget, ALongerOneGoesOnWithTheSameKnobs) {
   }
 }
 
+TEST(AccuracyBudget, KnobsAreNotPlacedByStartUpAlone) {
+  // Start-up is all that the first runs take: doubled, it would pass the knobs' share of 0.4 s at once.
+  std::vector<TimedPoint> done;
+  climb(ladder_of("stop = { iterations = 1000 }\n"), 12, 1e-5, done);
+  for (const TimedPoint& run : done)
+    if (run.point.setting == "cutoff") {
+      EXPECT_GT(run.point.iterations, 1000);
+    }
+}
+
 TEST(AccuracyBudget, ADefaultThatStopsByItsScoreComesLast) {
   const AccuracyLadder ladder = ladder_of("stop = { score = 0.1 }\n");
   std::vector<TimedPoint> done;
