@@ -24,6 +24,9 @@ constexpr double double_cost = 4;
 constexpr double cheap_knob = 2;        // knobs up to this cost share an iteration count, those above another
 constexpr double share_of_budget = 30;  // a knob takes about this part of the budget
 constexpr std::size_t runs_to_tell_start_up = 3;
+// What is the iterations' share of a run's seconds at the least: with few runs of the line, and with enough of them.
+constexpr double least_share = 0.5;
+constexpr double least_share_known = 0.1;
 
 std::vector<std::int64_t> line_iterations(Method method, std::int64_t own) {
   const std::int64_t top = std::max(least_top, own > 0 ? beyond_default * own : 0);
@@ -72,13 +75,15 @@ std::optional<double> base_seconds(Method method, std::int64_t iterations, const
   std::sort(runs.begin(), runs.end());
   const double n = static_cast<double>(iterations);
   auto above = std::find_if(runs.begin(), runs.end(), [&](const auto& run) { return run.first > n; });
-  if (above - runs.begin() < 2) {
-    const auto& nearest = above == runs.begin() ? *above : *(above - 1);
-    return nearest.second * n / nearest.first;
-  }
+  if (above == runs.begin()) return above->second;  // fewer iterations than any run: at most as long
   const auto& [n2, s2] = *(above - 1);
-  const auto& [n1, s1] = *(above - 2);
-  const double slope = std::max((s2 - s1) / (n2 - n1), 0.5 * s2 / n2);  // a noisy pair must not promise too much
+  double slope = 0;
+  if (above - runs.begin() >= 2) {
+    const auto& [n1, s1] = *(above - 2);
+    slope = (s2 - s1) / (n2 - n1);
+  }
+  const bool start_up_known = above - runs.begin() >= static_cast<std::ptrdiff_t>(runs_to_tell_start_up);
+  slope = std::max(slope, (start_up_known ? least_share_known : least_share) * s2 / n2);
   return s2 + slope * (n - n2);
 }
 

@@ -10,7 +10,6 @@
 #include <memory>
 #include <sstream>
 
-#include "noiseloom/core/parallel.h"
 #include "noiseloom/io/checkpoint.h"
 #include "noiseloom/io/run_file.h"
 #include "noiseloom/study/accuracy_report.h"
@@ -73,7 +72,7 @@ class Study {
   double earlier_s_ = 0;
   StopSignals signals_;
   std::unique_ptr<RunLock> lock_;
-  std::unique_ptr<ThreadPool> pool_;
+  std::unique_ptr<RunScorer> scorer_;
 };
 
 // Everything that can be wrong is looked for before the folder is touched.
@@ -176,8 +175,8 @@ void Study::remove_run(const std::string& file) const {
 }
 
 void Study::add_row(const AccuracyPoint& point, const std::string& command, const std::string& file, double seconds) {
-  if (!pool_) pool_ = std::make_unique<ThreadPool>(commands_->threads());
-  const RunScores scores = score_run(file, *pool_);
+  if (!scorer_) scorer_ = std::make_unique<RunScorer>(commands_->threads());
+  const RunScores scores = scorer_->score(file);
   AccuracyRow row{point,
                   point.iterations > 0 ? point.iterations : scores.iterations,
                   config_.problem.seed,

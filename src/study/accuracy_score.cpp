@@ -16,20 +16,22 @@ Texture through_bits(const Texture& texture, const SampleSpec& samples, const Va
   return stored;
 }
 
-RunScores score_run(const std::string& run_file, ThreadPool& pool) {
+double RunScorer::relative_error(const Texture& texture, const ProblemSpec& problem, int bits) {
+  const DistanceKind kind = distance_kind(problem.samples, texture.channels);
+  if (!mean_distance_.contains(bits)) mean_distance_[bits] = mean_distance_of(texture, kind, pool_);
+  return relative_error_of(texture, kind, problem.filter, mean_distance_[bits], pool_);
+}
+
+RunScores RunScorer::score(const std::string& run_file) {
   const TextureFile file = load_texture(run_file, std::nullopt);
   const ProblemSpec& problem = file.config->problem;
-  const DistanceKind kind = distance_kind(problem.samples, file.texture.channels);
-  const auto score = [&](const Texture& texture) {
-    return score_texture(texture, kind, problem.filter, {}, pool).relative_error;
-  };
   RunScores scores;
-  scores.relative_error = score(file.texture);
+  scores.relative_error = relative_error(file.texture, problem, 0);
   for (const auto& [name, values] : file.history)
     if (name == "iterations" && !values.empty()) scores.iterations = std::llround(values.back());
   if (const auto range = natural_range(problem.samples)) {
-    scores.r_8bit = score(through_bits(file.texture, problem.samples, *range, 8));
-    scores.r_16bit = score(through_bits(file.texture, problem.samples, *range, 16));
+    scores.r_8bit = relative_error(through_bits(file.texture, problem.samples, *range, 8), problem, 8);
+    scores.r_16bit = relative_error(through_bits(file.texture, problem.samples, *range, 16), problem, 16);
   }
   return scores;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -18,8 +19,20 @@ struct RunScores {
   std::optional<double> r_16bit;
 };
 
-// Throws UserError, naming what is damaged.
-RunScores score_run(const std::string& run_file, ThreadPool& pool);
+// Scores runs of one config and seed, one after another. Their samples are the same, so that the mean distance is found
+// once for each encoding; where it is an estimate, all runs are so compared by the same one.
+class RunScorer {
+ public:
+  explicit RunScorer(int num_threads) : pool_(num_threads) {}
+  // Throws UserError, naming what is damaged.
+  RunScores score(const std::string& run_file);
+
+ private:
+  double relative_error(const Texture& texture, const ProblemSpec& problem, int bits);
+
+  ThreadPool pool_;
+  std::map<int, double> mean_distance_;  // by bits; 0: as they are
+};
 
 // The texture as images of `bits` bits give it back: stored and decoded (encoding.h), directions made unit length
 // again.

@@ -15,6 +15,7 @@ constexpr double clear_seconds = 0.1;
 constexpr double clear_error = 0.005;
 
 constexpr double near_the_best = 0.05;
+constexpr double too_far_to_tell = 0.5;  // of the next best run: nothing is then known of the last per cents
 
 std::string percent(double fraction) {
   const double value = 100 * fraction;
@@ -60,6 +61,7 @@ std::string price_of_the_last(const std::vector<AccuracyRow>& rows, const Accura
       if (row != front.back()) enough = row;
       break;
     }
+  if (enough->relative_error > best.relative_error * (1 + too_far_to_tell)) return "";
   return fmt::format("The last {} of error cost {} of the time: {} is reached after {} ({}), {} after {}.",
                      percent(enough->relative_error / best.relative_error - 1),
                      percent(1 - enough->seconds / best.seconds), error_text(enough->relative_error),

@@ -107,9 +107,13 @@ TEST(AccuracyPrediction, FollowsTheLineThroughStartUpAndIterations) {
     return AccuracyPoint{Method::anneal, "iterations", std::to_string(n), n, false};
   };
   EXPECT_EQ(predicted_seconds(ladder, point(100), {}), std::nullopt);
-  EXPECT_DOUBLE_EQ(*predicted_seconds(ladder, point(100), {{point(25), 2}}), 8);
+  EXPECT_DOUBLE_EQ(*predicted_seconds(ladder, point(100), {{point(25), 2}}), 2 + 0.5 * 2 / 25 * 75);
   const std::vector<TimedPoint> done = {{point(25), 1 + 25}, {point(50), 1 + 50}};
   EXPECT_DOUBLE_EQ(*predicted_seconds(ladder, point(200), done), 1 + 200);
+  // Start-up is believed in when three runs show it.
+  const std::vector<TimedPoint> flat = {{point(25), 10}, {point(50), 11}, {point(100), 13}};
+  EXPECT_DOUBLE_EQ(*predicted_seconds(ladder, point(200), {flat[0], flat[1]}), 11 + 0.5 * 11 / 50 * 150);
+  EXPECT_DOUBLE_EQ(*predicted_seconds(ladder, point(200), flat), 13 + 0.04 * 100);
   // The other method says nothing of it, and a knob costs what it is said to.
   EXPECT_EQ(predicted_seconds(ladder, {Method::fast, "iterations", "30", 30, false}, done), std::nullopt);
   EXPECT_DOUBLE_EQ(*predicted_seconds(ladder, {Method::anneal, "background_rank", "0", 50, false}, done), 10 * 51);

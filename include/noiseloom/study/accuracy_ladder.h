@@ -65,7 +65,8 @@ struct TimedPoint {
 };
 
 // Seconds of a point from those that are done: a straight line through the two runs of the same method with the nearest
-// fewer iterations (or in proportion to one run), times the knob's cost. Nothing where no run says anything.
+// fewer iterations of which start-up is taken to be a half at most until three runs tell it; times the knob's cost.
+// Nothing where no run says anything.
 std::optional<double> predicted_seconds(const AccuracyLadder& ladder, const AccuracyPoint& point,
                                         const std::vector<TimedPoint>& done);
 
