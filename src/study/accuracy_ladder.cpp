@@ -66,7 +66,9 @@ bool is_done(const std::vector<TimedPoint>& done, const AccuracyPoint& point) {
   return std::any_of(done.begin(), done.end(), [&](const TimedPoint& run) { return run.point == point; });
 }
 
-std::optional<double> base_seconds(Method method, std::int64_t iterations, const std::vector<TimedPoint>& done) {
+// `single_share`: what is taken for iterations of the only run of a line.
+std::optional<double> base_seconds(Method method, std::int64_t iterations, const std::vector<TimedPoint>& done,
+                                   double single_share) {
   std::vector<std::pair<double, double>> runs;  // iterations, seconds
   for (const TimedPoint& run : done)
     if (run.point.method == method && run.point.iterations > 0 && !run.point.is_knob())
@@ -77,7 +79,7 @@ std::optional<double> base_seconds(Method method, std::int64_t iterations, const
   auto above = std::find_if(runs.begin(), runs.end(), [&](const auto& run) { return run.first > n; });
   if (above == runs.begin()) return above->second;  // fewer iterations than any run: at most as long
   const auto& [n2, s2] = *(above - 1);
-  double slope = 0;
+  double slope = single_share * s2 / n2;
   if (above - runs.begin() >= 2) {
     const auto& [n1, s1] = *(above - 2);
     slope = (s2 - s1) / (n2 - n1);
@@ -256,7 +258,8 @@ std::optional<double> predicted_seconds(const AccuracyLadder& ladder, const Accu
     if (!point.is_default || ladder.stop.time_s <= 0) return std::nullopt;
     return ladder.stop.time_s * 1.05 + 0.5;  // start-up and the last sweep
   }
-  const auto base = base_seconds(point.method, point.iterations, done);
+  // Of the other method, whose iterations may be far dearer, a single run promises nothing.
+  const auto base = base_seconds(point.method, point.iterations, done, point.method == ladder.method ? least_share : 1);
   const AccuracyKnob* const knob = find_knob(ladder, point);
   return base && knob != nullptr ? *base * knob->cost : base;
 }

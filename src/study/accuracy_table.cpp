@@ -71,11 +71,14 @@ std::string price_of_the_last(const std::vector<AccuracyRow>& rows, const Accura
 
 std::string default_against_front(const std::vector<AccuracyRow>& rows, const AccuracyRow& standard) {
   const AccuracyRow* better = nullptr;
-  for (const AccuracyRow& row : rows)
+  for (const AccuracyRow& row : rows) {
+    const bool same_line = row.point.method == standard.point.method && !row.point.is_knob();
+    if (same_line && row.iterations > standard.iterations) continue;  // more of the same in less time: a noisy clock
     if (row.seconds <= standard.seconds * (1 - clear_seconds) &&
         row.relative_error <= standard.relative_error * (1 - clear_error) &&
         (better == nullptr || row.relative_error < better->relative_error))
       better = &row;
+  }
   if (better == nullptr) return "Nothing that was measured is clearly both shorter and better than the default.";
   return fmt::format("The default is not the best use of its time: {} leaves {} after {}.", describe_row(*better),
                      error_text(better->relative_error), seconds_text(better->seconds));

@@ -65,8 +65,8 @@ struct TimedPoint {
 };
 
 // Seconds of a point from those that are done: a straight line through the two runs of the same method with the nearest
-// fewer iterations of which start-up is taken to be a half at most until three runs tell it; times the knob's cost.
-// Nothing where no run says anything.
+// fewer iterations, times the knob's cost. Until three runs of a line tell its start-up, that is taken to be a half at
+// most; of a single run of the method that the config does not use, nothing. No value where no run says anything.
 std::optional<double> predicted_seconds(const AccuracyLadder& ladder, const AccuracyPoint& point,
                                         const std::vector<TimedPoint>& done);
 
