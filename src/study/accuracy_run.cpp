@@ -52,6 +52,7 @@ class Study {
   void read_earlier();
   std::string stored_config() const;
   void claim();
+  void remove_partial_files() const;
   void publish(const std::string& state, const std::vector<LeftOut>& left_out);
   std::vector<LeftOut> not_yet(const std::string& reason) const;
   bool run_point(const AccuracyPoint& point);
@@ -141,11 +142,22 @@ void Study::read_earlier() {
   }
 }
 
+// Left by a process that was killed while it wrote (output_files.h).
+void Study::remove_partial_files() const {
+  std::vector<fs::path> partial;
+  for (const fs::directory_entry& entry : fs::directory_iterator(options_.folder))
+    for (const char* const stem : {".accuracy.partial-", ".report.partial-", ".config.partial-"})
+      if (entry.path().filename().string().starts_with(stem)) partial.push_back(entry.path());
+  std::error_code ignored;
+  for (const fs::path& file : partial) fs::remove(file, ignored);
+}
+
 void Study::claim() {
   std::error_code error;
   fs::create_directories(options_.folder, error);
   if (error) throw EnvironmentError(fmt::format("{}: cannot create the folder: {}", options_.folder, error.message()));
   lock_ = std::make_unique<RunLock>(path("accuracy.csv"));
+  remove_partial_files();
   fs::create_directories(path("runs"), error);
   if (error) throw EnvironmentError(fmt::format("{}: cannot create the folder: {}", path("runs"), error.message()));
   OutputFiles output(posix_file_ops(), true);

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import resource
 import signal
 import subprocess
 
@@ -100,6 +101,7 @@ class Accuracy(ProgramTest):
         self.end(process)
         before = self.rows()
         self.assertGreaterEqual(len(before), 1)
+        self.write("out/.accuracy.partial-1.csv", "cut")
         process = self.wait_for_points(1, "--resume")
         process.send_signal(signal.SIGUSR1)
         self.end(process)
@@ -109,7 +111,19 @@ class Accuracy(ProgramTest):
         self.assertGreater(len(after), len(before))
         for old, new in zip(before, after):
             self.assertEqual([old[k] for k in key], [new[k] for k in key])
-        self.assertNotIn("runs", [p.name for p in (self.folder / "out").iterdir()])
+        self.assertEqual({p.name for p in (self.folder / "out").iterdir()}, FILES)
+
+    def test_a_run_that_fails_is_told_and_nothing_is_lost(self):
+        self.config.write_text(CONFIG.replace("x = 16, y = 16", "x = 64, y = 64"))
+
+        def small_files():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (30000, 30000))
+
+        done = subprocess.run(self.command("accuracy", "run.toml", "-o", "out"), capture_output=True, text=True,
+                              preexec_fn=small_files, cwd=self.folder)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("noiseloom generate run.toml", done.stderr)
+        self.accuracy("--resume", "--budget", "0.001s")
 
     def test_resume_refuses_another_config_and_damage(self):
         self.accuracy("--budget", "0.001s")
