@@ -114,7 +114,7 @@ class Accuracy(ProgramTest):
         self.assertEqual({p.name for p in (self.folder / "out").iterdir()}, FILES)
 
     def test_a_run_that_fails_is_told_and_nothing_is_lost(self):
-        self.config.write_text(CONFIG.replace("x = 16, y = 16", "x = 64, y = 64"))
+        self.config.write_text(CONFIG.replace("x = 16, y = 16", "x = 64, y = 64").replace("vector2", "uniform"))
 
         def small_files():
             resource.setrlimit(resource.RLIMIT_FSIZE, (30000, 30000))
