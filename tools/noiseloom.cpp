@@ -27,6 +27,7 @@ value whose error your denoiser removes best.
   noiseloom export RUN.h5 -o DIR               run file to images (PNG, EXR, TIFF, HDR, npy, raw)
   noiseloom score FILE [--config C.toml]       relative error of a run file or of anybody's images
   noiseloom analyze FILE -o DIR                spectra and convergence as report.html
+  noiseloom accuracy CONFIG.toml -o DIR        what accuracy costs: error against seconds, as report.html
 
   noiseloom COMMAND --help                     the options of a command
   noiseloom --help-config                      every setting of a config
@@ -40,7 +41,7 @@ with everything saved: run the same command again with --resume.
 )";
 
 const std::vector<std::string>& study_commands() {
-  static const std::vector<std::string> commands = {"export", "score", "analyze"};
+  static const std::vector<std::string> commands = {"export", "score", "analyze", "accuracy"};
   return commands;
 }
 

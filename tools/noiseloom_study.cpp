@@ -1,4 +1,4 @@
-// The program behind `noiseloom export`, `score` and `analyze`: what needs image libraries and no MPI.
+// The program behind `noiseloom export`, `score`, `analyze` and `accuracy`: what needs image libraries and no MPI.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -23,6 +23,7 @@
 #include "noiseloom/study/output_files.h"
 #include "noiseloom/study/score_file.h"
 #include "noiseloom/study/texture_file.h"
+#include "noiseloom_study.h"
 
 namespace noiseloom {
 namespace {
@@ -213,9 +214,11 @@ int run(int argc, char** argv) {
   add_export(app, arguments);
   add_score(app, arguments);
   add_analyze(app, arguments);
+  int status = exit_done;
+  add_accuracy(app, status);
   try {
     app.parse(argc, argv);
-    return exit_done;
+    return status;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? exit_done : exit_user;
   } catch (const UserError& error) {

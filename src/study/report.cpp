@@ -40,6 +40,15 @@ th { font-weight: 500; color: var(--soft); white-space: nowrap; width: 1%; }
 td { overflow-wrap: anywhere; font-variant-numeric: tabular-nums; }
 .bar { width: 45%; } .bar i { display: block; height: 10px; margin-top: 7px; border-radius: 3px; background: var(--accent); }
 td.number { width: 1%; white-space: nowrap; }
+.findings p { color: inherit; margin: 6px 0; max-width: none; } .findings p:first-child { font-size: 19px; font-weight: 600; line-height: 1.35; margin-bottom: 12px; }
+.wide-table { overflow-x: auto; }
+.data th { width: auto; font-size: 13px; border-bottom: 1px solid var(--line); vertical-align: bottom; }
+.data th, .data td { text-align: right; } .data td { white-space: nowrap; }
+.data th:first-child, .data td:first-child { text-align: left; white-space: normal; }
+.data .words { text-align: left; padding: 5px 0 5px 14px; white-space: normal; }
+.data .strong td { font-weight: 650; }
+.data tr.command td { border-top: 0; padding: 0 0 8px; text-align: left; white-space: normal; }
+code { font: 12px/1.45 ui-monospace, Menlo, Consolas, monospace; color: var(--soft); overflow-wrap: anywhere; }
 pre { overflow-x: auto; margin: 8px 0 0; font-size: 13px; }
 summary { cursor: pointer; font-weight: 600; }
 )";
@@ -66,15 +75,43 @@ std::string score_table(const std::vector<ReportScore>& scores) {
   return html + "</table>\n</section>\n";
 }
 
+std::string data_table(const ReportTable& table) {
+  const auto cell = [&](const char* tag, std::size_t column, const std::string& text) {
+    const bool words = table.last_is_text && column + 1 == table.columns.size();
+    return fmt::format("<{0}{1}>{2}</{0}>", tag, words ? " class='words'" : "", xml_escaped(text));
+  };
+  std::string html = "<div class='wide-table'><table class='data'>\n<tr>";
+  for (std::size_t c = 0; c < table.columns.size(); ++c) html += cell("th", c, table.columns[c]);
+  html += "</tr>\n";
+  for (const ReportTableRow& row : table.rows) {
+    html += row.strong ? "<tr class='strong'>" : "<tr>";
+    for (std::size_t c = 0; c < row.cells.size(); ++c) html += cell("td", c, row.cells[c]);
+    html += "</tr>\n";
+    if (!row.command.empty())
+      html += fmt::format("<tr class='command'><td colspan='{}'><code>{}</code></td></tr>\n", table.columns.size(),
+                          xml_escaped(row.command));
+  }
+  return html + "</table></div>\n";
+}
+
 std::string section_html(const ReportSection& section) {
   std::string html = fmt::format("<section>\n<h2>{}</h2>\n", xml_escaped(section.title));
   if (!section.text.empty()) html += fmt::format("<p>{}</p>\n", xml_escaped(section.text));
-  html += "<div class='figures'>\n";
+  if (!section.figures.empty()) html += "<div class='figures'>\n";
   for (const ReportFigure& figure : section.figures)
     html += fmt::format("<figure{}>{}<figcaption>{}</figcaption></figure>\n",
                         figure.width > 0 ? fmt::format(" style='width:{}px'", figure.width) : " class='wide'",
                         figure.html, xml_escaped(figure.caption));
-  return html + "</div>\n</section>\n";
+  if (!section.figures.empty()) html += "</div>\n";
+  for (const ReportTable& table : section.tables) html += data_table(table);
+  return html + "</section>\n";
+}
+
+std::string findings_html(const std::vector<std::string>& findings) {
+  if (findings.empty()) return "";
+  std::string html = "<section class='findings'>\n";
+  for (const std::string& sentence : findings) html += fmt::format("<p>{}</p>\n", xml_escaped(sentence));
+  return html + "</section>\n";
 }
 
 }  // namespace
@@ -105,8 +142,11 @@ std::string report_html(const Report& report) {
   html += "<div class='headline'>\n";
   for (const auto& [number, meaning] : report.headline)
     html += fmt::format("<div><b>{}</b><span>{}</span></div>\n", xml_escaped(number), xml_escaped(meaning));
-  html += "</div>\n" + summary_table(report.summary);
+  html += "</div>\n";
+  if (report.findings.empty()) html += summary_table(report.summary);
+  html += findings_html(report.findings);
   for (const ReportSection& section : report.sections) html += section_html(section);
+  if (!report.findings.empty()) html += summary_table(report.summary);
   if (!report.scores.empty()) html += score_table(report.scores);
   if (!report.config.empty())
     html += fmt::format("<section>\n<details><summary>Config</summary>\n<pre>{}</pre></details>\n</section>\n",

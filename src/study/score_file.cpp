@@ -24,6 +24,10 @@ FilterSpec one_group(std::vector<int> axes, const KernelSpec& kernel) {
   return {Combine::product, {GroupSpec{std::move(axes), kernel, 1}}};
 }
 
+MeanDistance mean_of(const Texture& texture, DistanceKind kind) {
+  return {kind, texture.channels, texture.extents.cells_per_slice(), texture.extents.num_slices()};
+}
+
 }  // namespace
 
 std::vector<FilterSpec> standard_filters(const Extents& extents) {
@@ -47,14 +51,24 @@ std::vector<FilterSpec> standard_filters(const Extents& extents) {
   return filters;
 }
 
+double mean_distance_of(const Texture& texture, DistanceKind kind, ThreadPool& pool) {
+  const double m = mean_of(texture, kind).compute([&](SliceIndex s) { return interleaved_slice(texture, s); }, pool);
+  if (!(m > 0)) throw UserError("", "all values of the texture are equal: it has no relative error");
+  return m;
+}
+
+double relative_error_of(const Texture& texture, DistanceKind kind, const FilterSpec& filter, double mean_distance,
+                         ThreadPool& pool) {
+  const Footprint footprint(texture.extents, filter);
+  return relative_error(footprint, mean_distance, slice_sums(texture, kind, footprint, pool));
+}
+
 TextureScore score_texture(const Texture& texture, DistanceKind kind, const FilterSpec& filter,
                            const std::vector<FilterSpec>& others, ThreadPool& pool) {
   const Extents& extents = texture.extents;
-  const MeanDistance mean(kind, texture.channels, extents.cells_per_slice(), extents.num_slices());
-  const double m = mean.compute([&](SliceIndex s) { return interleaved_slice(texture, s); }, pool);
-  if (!(m > 0)) throw UserError("", "all values of the texture are equal: it has no relative error");
+  const double m = mean_distance_of(texture, kind, pool);
   TextureScore score;
-  score.exact = mean.exact();
+  score.exact = mean_of(texture, kind).exact();
   const Footprint footprint(extents, filter);
   const std::vector<double> sums = slice_sums(texture, kind, footprint, pool);
   score.relative_error = relative_error(footprint, m, sums);

@@ -93,5 +93,30 @@ TEST(Plot, SurvivesLinesWithNothingToShow) {
   EXPECT_THAT(plot_svg(plot), Not(HasSubstr("nan")));
 }
 
+TEST(Plot, LogarithmicXPlacesEqualRatiosAtEqualDistances) {
+  PlotLine line{"runs", {1, 10, 100}, {1, 1, 1}};
+  Plot plot{"title", "x", "y", true, {line}, true};
+  const std::string svg = plot_svg(plot);
+  // Two points of a ratio of 100 at the ends (58 and 606 of 620), the third half-way.
+  EXPECT_THAT(svg, testing::ContainsRegex("points='58\\.0,[0-9.]+ 332\\.0,[0-9.]+ 606\\.0,"));
+}
+
+TEST(Plot, MarkersCarryTheirNamesAndPointsAloneHaveNoLine) {
+  PlotLine line{"runs", {1, 10}, {3, 1}, PlotLine::Style::points, {"first & best", "second"}, {"note", "other"}};
+  Plot plot{"title", "x", "y", true, {line}, true, {{"default", 10, 1}}};
+  const std::string svg = plot_svg(plot);
+  EXPECT_THAT(svg, AllOf(HasSubstr("<title>first &amp; best</title>"), HasSubstr(">other</text>"),
+                         HasSubstr(">default</text>"), HasSubstr("nl-ring"), Not(HasSubstr("<polyline"))));
+}
+
+TEST(Report, TablesAreEscapedAndTheirCommandsStandUnderThem) {
+  Report report;
+  report.title = "t";
+  report.findings = {"a < b"};
+  report.sections = {{"s", "", {}, {ReportTable{{"point", "R"}, {{{"x & y", "0.5"}, "run --set 'a=1'", true}}}}}};
+  EXPECT_THAT(report_html(report), AllOf(HasSubstr("a &lt; b"), HasSubstr("<td>x &amp; y</td>"),
+                                         HasSubstr("<code>run --set &#39;a=1&#39;</code>"), HasSubstr("colspan='2'")));
+}
+
 }  // namespace
 }  // namespace noiseloom

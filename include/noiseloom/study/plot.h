@@ -10,7 +10,17 @@ struct PlotLine {
   std::string label;
   std::vector<double> x;
   std::vector<double> y;
-  enum class Style { main, second, dashed } style = Style::main;
+  // front: broad and pale, to lie under other lines; points: markers alone
+  enum class Style { main, second, dashed, front, points } style = Style::main;
+  std::vector<std::string> names = {};  // of the points: each then has a marker that shows its name under the mouse
+  std::vector<std::string> notes = {};  // short ones that stand at the points, where there is room
+};
+
+// A point that is singled out by a ring and words beside it.
+struct PlotMark {
+  std::string label;
+  double x = 0;
+  double y = 0;
 };
 
 struct Plot {
@@ -19,6 +29,10 @@ struct Plot {
   std::string y_label;
   bool log_y = false;  // points with y <= 0 are left out
   std::vector<PlotLine> lines;
+  bool log_x = false;  // points with x <= 0 are left out
+  std::vector<PlotMark> marks = {};
+  double width = 620;  // of the view, in units of which the text is 12 high
+  double height = 300;
 };
 
 // Ticks at 1, 2 or 5 times a power of ten, about `wanted` of them, inside lo..hi.

@@ -15,10 +15,25 @@ struct ReportFigure {
   int width = 0;        // CSS pixels; 0: what is left of the row
 };
 
+// A line of a table; `command` stands under it, in the letters of a terminal, over the whole width.
+struct ReportTableRow {
+  std::vector<std::string> cells;
+  std::string command;
+  bool strong = false;
+};
+
+// The first column holds words, those after it numbers (aligned to the right); `last_is_text`: the last one words.
+struct ReportTable {
+  std::vector<std::string> columns;
+  std::vector<ReportTableRow> rows;
+  bool last_is_text = false;
+};
+
 struct ReportSection {
   std::string title;
   std::string text;  // plain text, may be empty
   std::vector<ReportFigure> figures;
+  std::vector<ReportTable> tables = {};
 };
 
 struct ReportRow {
@@ -36,6 +51,7 @@ struct Report {
   std::string title;
   std::string subtitle;
   std::vector<std::pair<std::string, std::string>> headline;  // number, what it is
+  std::vector<std::string> findings;  // sentences, the first one the largest; the summary then comes last
   std::vector<ReportRow> summary;
   std::vector<ReportScore> scores;
   std::vector<ReportSection> sections;

@@ -30,4 +30,12 @@ std::vector<FilterSpec> standard_filters(const Extents& extents);
 TextureScore score_texture(const Texture& texture, DistanceKind kind, const FilterSpec& filter,
                            const std::vector<FilterSpec>& others, ThreadPool& pool);
 
+// m of the score: the mean distance of all pairs of samples. Swaps inside slices do not change it, so textures of the
+// same samples may share it. Throws UserError where all values are equal.
+double mean_distance_of(const Texture& texture, DistanceKind kind, ThreadPool& pool);
+
+// R alone, with an m that is known.
+double relative_error_of(const Texture& texture, DistanceKind kind, const FilterSpec& filter, double mean_distance,
+                         ThreadPool& pool);
+
 }  // namespace noiseloom

@@ -1,0 +1,36 @@
+// The command `accuracy`: runs `noiseloom generate` for one point of the ladder after another, scores what it made and
+// keeps DIR up to date after each.
+//
+//   DIR/accuracy.csv   every point that has run (accuracy_table.h)
+//   DIR/report.html    the page (accuracy_report.h)
+//   DIR/config.toml    the effective config, and a digest of the files it names: what --resume compares
+//   DIR/runs/          the run file of a point while it is needed, or all of them (`keep`)
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "noiseloom/core/error.h"
+
+namespace noiseloom {
+
+struct AccuracyOptions {
+  std::string config;
+  std::vector<std::string> overrides;
+  std::string folder;
+  std::string program = "noiseloom";  // to start; commands that are shown say `noiseloom`
+  double budget_s = 300;
+  int threads = 0;  // 0: as many as there are processors
+  bool resume = false;
+  bool overwrite = false;
+  bool keep = false;
+};
+
+enum class AccuracyEnd { complete, stopped };
+
+// To be called in the main thread. `faults`: what is already known to be wrong with the command line. Throws UserError
+// with these and all that is wrong with the config or in the folder, before anything is started; EnvironmentError when
+// a run or the disk fails (what has run before is saved).
+AccuracyEnd run_accuracy(const AccuracyOptions& options, std::vector<Fault> faults);
+
+}  // namespace noiseloom

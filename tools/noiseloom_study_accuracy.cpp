@@ -1,0 +1,88 @@
+// accuracy: what accuracy costs for one config, run by run.
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <charconv>
+#include <climits>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "noiseloom/core/error.h"
+#include "noiseloom/io/config.h"
+#include "noiseloom/study/accuracy_run.h"
+#include "noiseloom_study.h"
+
+namespace noiseloom {
+namespace {
+
+constexpr int exit_stopped = 75;
+constexpr int most_threads = 1024;
+
+struct Arguments {
+  AccuracyOptions options;
+  std::string budget = "5m";
+  std::string threads;
+};
+
+// noiseloom beside this program, else the one in PATH.
+std::string program_beside() {
+  std::array<char, PATH_MAX> self{};
+  const ssize_t length = readlink("/proc/self/exe", self.data(), self.size() - 1);
+  if (length <= 0) return "noiseloom";
+  const std::filesystem::path beside = std::filesystem::path(self.data()).parent_path() / "noiseloom";
+  return std::filesystem::exists(beside) ? beside.string() : "noiseloom";
+}
+
+int run(Arguments& arguments) {
+  std::vector<Fault> faults;
+  AccuracyOptions& options = arguments.options;
+  if (const auto seconds = parse_duration(arguments.budget); seconds && *seconds > 0) {
+    options.budget_s = *seconds;
+  } else {
+    faults.push_back(
+        {"command line", fmt::format("--budget {}: not a duration; accepted: 30s, 10m, 2h, 1h30m", arguments.budget)});
+  }
+  if (const std::string& text = arguments.threads; !text.empty()) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), options.threads);
+    if (error != std::errc() || end != text.data() + text.size() || options.threads < 1 ||
+        options.threads > most_threads)
+      faults.push_back({"command line", fmt::format("--threads {}: must be from 1 to {}", text, most_threads)});
+  }
+  if (options.resume && options.overwrite)
+    faults.push_back({"command line", "--resume and --overwrite exclude each other"});
+  options.program = program_beside();
+  return run_accuracy(options, std::move(faults)) == AccuracyEnd::stopped ? exit_stopped : 0;
+}
+
+}  // namespace
+
+void add_accuracy(CLI::App& app, int& status) {
+  auto* const command = app.add_subcommand("accuracy", "What accuracy costs: R against seconds for a config");
+  const auto arguments = std::make_shared<Arguments>();
+  AccuracyOptions& options = arguments->options;
+  command->add_option("CONFIG", options.config, "Config (TOML)")->required();
+  command->add_option("-o,--output", options.folder, "Folder to write to (made if missing)")->required();
+  command->add_option("--budget", arguments->budget, "Time for all runs together: 30s, 10m, 2h (default 5m)");
+  command->add_option("--set", options.overrides, "Override a setting of the config, as for generate")
+      ->allow_extra_args(false);
+  command->add_option("--threads", arguments->threads, "Threads of each run; all processors if not given");
+  command->add_flag("--resume", options.resume, "Go on with what is in the folder, or start where there is nothing");
+  command->add_flag("--overwrite", options.overwrite, "Replace what is in the folder");
+  command->add_flag("--keep", options.keep, "Keep the run file of every point in DIR/runs (else deleted once scored)");
+  command->footer(
+      "Runs `noiseloom generate` again and again: more and fewer iterations, with anneal and with the paper's method\n"
+      "(fast); then cut-off, background rank and precision changed one at a time. Points run cheapest first; those "
+      "that\n"
+      "would not fit into the budget are left out and listed. A point's seconds are the wall time of its whole "
+      "process.\n"
+      "Writes accuracy.csv and report.html, brought up to date after every point; SIGINT, SIGTERM or SIGUSR1 stop it\n"
+      "(exit 75), --resume goes on, with a larger --budget further.\n\n"
+      "  noiseloom accuracy run.toml -o accuracy/                        five minutes; then open accuracy/report.html\n"
+      "  noiseloom accuracy run.toml -o accuracy/ --resume --budget 1h   go on from there\n");
+  command->callback([arguments, &status] { status = run(*arguments); });
+}
+
+}  // namespace noiseloom
