@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "noiseloom/optimize/engine.h"
+#include "noiseloom/optimize/engine_choices.h"
 #include "noiseloom/problem/footprint.h"
 #include "noiseloom/problem/value_kernel.h"
 #include "noiseloom/study/encoding.h"
@@ -229,7 +229,7 @@ LadderTraits ladder_traits(const RunConfig& config, const SampleSource& source) 
   if (optimizer.background_rank == 0) optimizer.background_rank = OptimizerSpec{}.background_rank;
   const Footprint footprint(config.problem.extents, config.problem.filter, optimizer.cutoff);
   const ValueKernel kernel = make_value_kernel(config.problem, source.channels(), source.distance());
-  if (!features_between_slices(optimizer, footprint, kernel, source)) return {};
+  if (!features_between_slices(optimizer, footprint, kernel, source, optimizer.background_rank)) return {};
   const auto own_taps = std::max<std::size_t>(footprint.slices().front().taps.size(), 1);
   return {true,
           std::max(1.0, cost_of_a_tap * static_cast<double>(footprint.num_taps()) / static_cast<double>(own_taps))};

@@ -199,5 +199,50 @@ TEST(Engine, RelativeErrorFallsInEverySweepOfAGreedyRun) {
   EXPECT_EQ(engine.sweep(), 40);
 }
 
+// Pairs that swap together see each other's old values; only a small share of them may, until few want to.
+TEST(Engine, FastConvergesOnASmallSliceUnderAWideFilter) {
+  ProblemSpec problem;
+  problem.extents = Extents({24, 24});
+  problem.filter.groups = {group({0, 1}, KernelKind::box, 5)};
+  OptimizerSpec optimizer;
+  optimizer.method = Method::fast;
+  optimizer.stop.iterations = 400;
+  const SampleSource source = source_of(problem);
+  const Communicator alone = Communicator::self();
+  ThreadPool pool(1);
+  Engine engine(problem, optimizer, source, alone, pool);
+  engine.start();
+  while (!engine.finished()) engine.step(0);
+  double lowest = 1;
+  for (const HistoryRow& row : engine.history()) {
+    EXPECT_LT(row.relative_error, 1.1 * lowest + 0.05);
+    lowest = std::min(lowest, row.relative_error);
+  }
+  EXPECT_LT(engine.history().back().relative_error, 0.2);
+}
+
+// Between scores the shown R follows from the swaps alone.
+TEST(Engine, TheShownErrorIsMovedOnByTheEnergyOfTheSwaps) {
+  ProblemSpec problem;
+  problem.extents = Extents({70, 64});
+  problem.filter.groups = {group({0, 1}, KernelKind::box, 3)};
+  OptimizerSpec optimizer;
+  optimizer.stop.iterations = 600;
+  const SampleSource source = source_of(problem);
+  const Communicator alone = Communicator::self();
+  ThreadPool pool(1);
+  Engine engine(problem, optimizer, source, alone, pool);
+  engine.start();
+  int compared = 0;
+  while (!engine.finished()) {
+    const std::size_t scores = engine.history().size();
+    engine.step(0);
+    if (engine.history().size() != scores) continue;
+    EXPECT_NEAR(engine.last_sweep().relative_error, engine.relative_error(), 1e-4);
+    ++compared;
+  }
+  EXPECT_GT(compared, 0);
+}
+
 }  // namespace
 }  // namespace noiseloom

@@ -13,7 +13,7 @@ LIBRARIES = {
     "H5": {"io"},
     "OpenImageIO/": {"study"},
     "fftw3.h": {"study"},
-    "hwy/": {"optimize"},
+    "hwy/": {"problem", "optimize"},
     "toml++/": {"io"},
     "xxhash.h": {"io"},
     "Random123/": {"core"},
