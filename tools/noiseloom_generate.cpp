@@ -348,8 +348,9 @@ void Run::summarise(const std::string& checksum, std::int64_t candidates, std::i
              static_cast<double>(candidates), duration_text(run_s()));
   fmt::print("stopped by   {}\n", engine_->finished_by());
   if (communicator_.size() > 1) {
-    fmt::print("exchange     {} messages, {:.3g} MB between ranks in this part\n", messages,
-               static_cast<double>(bytes) / 1e6);
+    const double visits = static_cast<double>(candidates) * 2 / static_cast<double>(engine_->iterations_per_sweep());
+    fmt::print("exchange     {} messages, {:.3g} MB between ranks in this part, {:.3g} B a sample and sweep\n",
+               messages, static_cast<double>(bytes) / 1e6, candidates > 0 ? static_cast<double>(bytes) / visits : 0.0);
   }
   fmt::print("file         {}   /samples {}\n", options_.output, checksum);
   fmt::print("next         noiseloom export {} -o {}\n", options_.output, stem);

@@ -249,7 +249,18 @@ struct Engine::Impl {
     exchange_wait();
     visit_all(first_waiting, order.end());
     publish(own, results);
+    shorten(own);
     exchange.begin(moving, own);
+  }
+
+  // A hot visit makes several swaps a cell; what travels is what they come to.
+  void shorten(std::vector<SliceSwaps>& own) {
+    const Cell cells = problem.extents.cells_per_slice();
+    pool.for_each(std::ssize(own), [&](std::int64_t index, int) {
+      SliceSwaps& changed = own[static_cast<std::size_t>(index)];
+      if (halo.listeners(changed.slice).empty() || std::ssize(changed.swaps) < cells / 4) return;
+      changed.swaps = fewest_swaps(changed.swaps, cells);
+    });
   }
 
   // Carries out what the tiles of each slice have found; they have no cell in common.

@@ -10,20 +10,9 @@
 
 #include "noiseloom/dist/communicator.h"
 #include "noiseloom/dist/halo_plan.h"
+#include "noiseloom/dist/swap.h"
 
 namespace noiseloom {
-
-// The samples of two cells of one slice change places.
-struct Swap {
-  std::uint32_t a;
-  std::uint32_t b;
-  friend bool operator==(const Swap&, const Swap&) = default;
-};
-
-struct SliceSwaps {
-  SliceIndex slice;
-  std::vector<Swap> swaps;  // in the order in which they were made
-};
 
 class HaloExchange {
  public:
