@@ -108,8 +108,8 @@ void run_score(const Common& common, bool json, bool slices) {
     throw UserError(common.file, "not a run file: --config must say what the values mean (texture and filter)");
   ThreadPool pool(threads_of(common));
   const DistanceKind distance = distance_kind(file.config->problem.samples, file.texture.channels);
-  const TextureScore score = score_texture(file.texture, distance, file.config->problem.filter,
-                                           standard_filters(file.texture.extents), pool);
+  const TextureScore score =
+      score_texture(file.texture, distance, file.config->problem.filter, standard_filters(file.texture.extents), pool);
   const std::string text =
       json ? score_json(common.file, file, score, slices) : score_text(common.file, file, score, slices);
   fmt::print("{}", text);

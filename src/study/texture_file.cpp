@@ -169,8 +169,9 @@ TextureFile load_any(const std::string& path, const std::optional<RunConfig>& co
 TextureFile load_texture(const std::string& path, const std::optional<RunConfig>& config) {
   TextureFile file = load_any(path, config);
   check_finite(file.texture, path);
-  const bool directions =
-      file.config && distance_kind(file.config->problem.samples, file.texture.channels) == DistanceKind::angle && file.source != "run file";
+  const bool directions = file.config &&
+                          distance_kind(file.config->problem.samples, file.texture.channels) == DistanceKind::angle &&
+                          file.source != "run file";
   if (directions) normalise_directions(file.texture, path);
   return file;
 }

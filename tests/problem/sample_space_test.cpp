@@ -216,7 +216,8 @@ double mean_distance(const SampleSpec& spec, std::int64_t n) {
   const auto step = static_cast<std::size_t>(channels);
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); i += step) {
-    for (std::size_t j = 0; j < b.size(); j += step) sum += distance(distance_kind(spec, channels), channels, &a[i], &b[j]);
+    for (std::size_t j = 0; j < b.size(); j += step)
+      sum += distance(distance_kind(spec, channels), channels, &a[i], &b[j]);
   }
   return sum / static_cast<double>(n * n);
 }

@@ -22,7 +22,9 @@ RunConfig config_of(const std::string& size, const std::string& samples, const s
 
 double score_of(const Texture& texture, const RunConfig& config) {
   ThreadPool pool(2);
-  return score_texture(texture, distance_kind(config.problem.samples, texture.channels), config.problem.filter, {}, pool).relative_error;
+  return score_texture(texture, distance_kind(config.problem.samples, texture.channels), config.problem.filter, {},
+                       pool)
+      .relative_error;
 }
 
 struct Published {
