@@ -1,12 +1,14 @@
 // Candidates per second of the swap delta by sample space and footprint: the vectorised path, and the plain one in
-// double that it is a ratio to. One slice of 128x128, bound once; pairs drawn uniformly.
-//   anneal_bench [--benchmark_filter=...]     items_per_second is candidates/s
+// double that it is a ratio to (with an EMA the plain one takes all taps and the other features for other slices). One
+// slice of 128x128, bound once; pairs drawn uniformly.
+//   anneal_bench [--benchmark_filter=...]     items_per_second is candidates/s; ends in a table of ratios
 #include <benchmark/benchmark.h>
 
 #include <map>
 #include <numeric>
 #include <string>
 
+#include "bench/ratio_table.h"
 #include "noiseloom/core/random.h"
 #include "noiseloom/optimize/slice_mover.h"
 #include "noiseloom/problem/sample_space.h"
@@ -103,5 +105,7 @@ void register_all() {
 int main(int argc, char** argv) {
   noiseloom::register_all();
   benchmark::Initialize(&argc, argv);
-  benchmark::RunSpecifiedBenchmarks();
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  noiseloom::RatioTable table;
+  benchmark::RunSpecifiedBenchmarks(&table);
 }

@@ -1,0 +1,93 @@
+// Index arithmetic beyond 2^31 and 2^32 cells, without allocating them (DESIGN, section 7).
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "noiseloom/problem/footprint.h"
+#include "noiseloom/problem/sample_space.h"
+#include "noiseloom/problem/score.h"
+#include "support/filter_specs.h"
+
+namespace noiseloom {
+namespace {
+
+using namespace testing_support;
+
+constexpr std::int64_t huge = std::int64_t{1} << 20;
+
+TEST(HardCases, ExtentsInvertForTheLargestNumberOfSlices) {
+  const Extents extents({huge, huge + 1, 46337, 46337, 1});  // 2^31 - 2^20 slices of 2^40 cells
+  EXPECT_EQ(extents.num_cells() / extents.num_slices(), huge * (huge + 1));
+  for (const SliceIndex slice : {0, 46336, 46337, 1 << 30, extents.num_slices() - 1}) {
+    EXPECT_EQ(extents.slice_index(extents.slice_coord(slice)), slice);
+  }
+  EXPECT_EQ(extents.slice_at(0, {-1, -1, -1}), extents.num_slices() - 1);
+  EXPECT_EQ(extents.slice_at(extents.num_slices() - 1, {1, 1, 1}), 0);
+}
+
+// Of 2^50 cells: an overlap that fits its axes does not depend on their length.
+TEST(HardCases, FootprintDoesNotDependOnTheSizeOfHugeTextures) {
+  const FilterSpec filter = product({group({0, 1}, gauss(1.5)), group({2}, box(5))});
+  const Footprint large(Extents({huge, huge + 1, 1 << 10}), filter);
+  const Footprint small(Extents({64, 65, 32}), filter);
+  EXPECT_EQ(large.weight_zero(), small.weight_zero());
+  EXPECT_EQ(large.weight_sum(), small.weight_sum());
+  ASSERT_EQ(large.slices().size(), small.slices().size());
+  for (std::size_t s = 0; s < small.slices().size(); ++s) {
+    const auto& [large_offset, large_taps] = large.slices()[s];
+    const auto& [small_offset, small_taps] = small.slices()[s];
+    EXPECT_EQ(large_offset, small_offset);
+    ASSERT_EQ(large_taps.size(), small_taps.size());
+    for (std::size_t k = 0; k < small_taps.size(); ++k) {
+      EXPECT_EQ(large_taps[k].dx, small_taps[k].dx);
+      EXPECT_EQ(large_taps[k].dy, small_taps[k].dy);
+      EXPECT_EQ(large_taps[k].weight, small_taps[k].weight);
+    }
+  }
+}
+
+// Beyond 2^24 strata a float lies beside its stratum, by 2^-24 of the range at most; tent by the root of that.
+TEST(HardCases, StrataBeyondFourBillionKeepTheirOrder) {
+  const std::int64_t n = huge * huge + 1;
+  for (const SampleKind kind : {SampleKind::uniform, SampleKind::circle, SampleKind::gauss}) {
+    SampleSpec spec;
+    spec.kind = kind;
+    const double middle = 0.5;
+    float before = -100;
+    for (const std::int64_t id : {std::int64_t{0}, n / 1000, n / 3, n / 2, n - n / 7, n - 1}) {
+      float sample = 0;
+      sample_at(spec, n, id, &middle, &sample);
+      EXPECT_TRUE(std::isfinite(sample)) << sample_space_name(spec);
+      EXPECT_LT(before, sample);
+      EXPECT_NEAR(static_cast<double>(sample_invert(spec, n, &sample)) / static_cast<double>(n),
+                  static_cast<double>(id) / static_cast<double>(n), 1e-6);
+      before = sample;
+    }
+  }
+}
+
+TEST(HardCases, DirectionsOfStrataBeyondFourBillionAreUnitVectors) {
+  const std::int64_t n = huge * huge + 1;
+  const double middle[] = {0.5, 0.5};
+  for (const SampleKind kind : {SampleKind::sphere, SampleKind::hemisphere, SampleKind::hemisphere_cosine}) {
+    SampleSpec spec;
+    spec.kind = kind;
+    for (const std::int64_t id : {std::int64_t{0}, n / 3, n / 2, n - 1}) {
+      float v[3];
+      sample_at(spec, n, id, middle, v);
+      EXPECT_NEAR(std::hypot(v[0], v[1], v[2]), 1, 2e-7) << sample_space_name(spec) << " " << id;
+      EXPECT_GT(sample_pdf(spec, v), 0);
+    }
+  }
+}
+
+TEST(HardCases, MeanDistanceOfHugeTexturesIsSharedOutWithoutOverflow) {
+  for (const DistanceKind kind : {DistanceKind::absolute, DistanceKind::angle}) {
+    const MeanDistance mean(kind, kind == DistanceKind::angle ? 3 : 1, huge * huge, 1 << 20);
+    EXPECT_FALSE(mean.exact());
+    EXPECT_GT(mean.num_tasks(), 0);
+  }
+}
+
+}  // namespace
+}  // namespace noiseloom
