@@ -7,7 +7,6 @@
 
 #include "noiseloom/dist/halo_plan.h"
 #include "noiseloom/io/config.h"
-#include "noiseloom/optimize/colour_classes.h"
 #include "noiseloom/optimize/engine_choices.h"
 #include "noiseloom/problem/sample_space.h"
 #include "noiseloom_commands.h"
@@ -27,8 +26,8 @@ std::string bytes_text(double bytes) {
   return fmt::format("{:.4g} TiB", bytes);
 }
 
-// Seconds for one candidate on this machine, one thread, with its share of taking the slice up: measured on slice 0
-// against copies of itself.
+// Seconds for one candidate on this machine, one thread, with its share of taking the tile up: measured on the first
+// tile of slice 0 against copies of that slice.
 double seconds_per_candidate(const RunConfig& config, const SampleSource& source, const Footprint& footprint) {
   const ProblemSpec& problem = config.problem;
   SliceField field(FieldLayout(footprint, source.channels()));
@@ -36,12 +35,15 @@ double seconds_per_candidate(const RunConfig& config, const SampleSource& source
   const ValueKernel kernel = make_value_kernel(problem, source.channels(), source.distance());
   const std::optional<FeatureMap> features =
       features_between_slices(config.optimizer, footprint, kernel, source, config.optimizer.background_rank);
-  const auto delta = make_swap_delta(footprint, kernel, config.optimizer.precision, features ? &*features : nullptr);
+  const Method method = config.optimizer.method;
+  const WindowSize tile = tiles_for(method, footprint, classes_for(method, footprint)).window();
+  const auto delta =
+      make_swap_delta(footprint, kernel, config.optimizer.precision, features ? &*features : nullptr, tile);
   const auto begun = std::chrono::steady_clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); };
   delta->bind(0, field, [&field](SliceIndex) -> const SliceField& { return field; });
   const double bound_s = elapsed();
-  const auto cells = static_cast<std::uint64_t>(problem.extents.cells_per_slice());
+  const auto cells = static_cast<std::uint64_t>(tile.width * tile.height);
   std::uint64_t candidates = 0;
   double sum = 0;
   while (cells > 1 && elapsed() < bound_s + 0.3) {
@@ -70,12 +72,14 @@ class Plan {
         extents_(config.problem.extents),
         source_(config.problem.samples, extents_.cells_per_slice(), extents_.num_slices(), config.problem.seed),
         footprint_(extents_, config.problem.filter),
+        judged_(extents_, config.problem.filter, config.optimizer.cutoff),
         partition_(extents_.num_slices(), ranks),
         threads_(threads),
-        background_(features_between_slices(config.optimizer, footprint_,
+        background_(features_between_slices(config.optimizer, judged_,
                                             make_value_kernel(config.problem, source_.channels(), source_.distance()),
                                             source_, config.optimizer.background_rank)
-                        .has_value()) {
+                        .has_value()),
+        tile_(tiles_for(config.optimizer.method, judged_, classes_for(config.optimizer.method, judged_)).window()) {
     for (const SliceTaps& slice : footprint_.slices()) offsets_.push_back(slice.offset);
   }
 
@@ -89,16 +93,18 @@ class Plan {
   const RunConfig& config_;
   const Extents& extents_;
   SampleSource source_;
-  Footprint footprint_;
+  Footprint footprint_;  // of R and of the exchange
+  Footprint judged_;     // of the energy, cut off
   Partition partition_;
   std::vector<Extents::SliceCoord> offsets_;
   int threads_;
   bool background_;
+  WindowSize tile_;
 };
 
 // Fields of own and halo slices, ids of own ones, and for scoring another copy of the values. Each thread has copies of
-// the slice that it moves (rows, columns, ids both ways) and, with a background, four floats a cell and feature. The
-// program itself with MPI: 30 MiB.
+// the tile that it moves (rows, columns, ids both ways) and, with a background, four floats a cell and feature, and
+// where the tile is not the whole slice, copies of it in the other slices. The program itself with MPI: 30 MiB.
 RankPlan Plan::rank_plan(const HaloPlan& halo, int rank) const {
   const FieldLayout layout(footprint_, source_.channels());
   const auto held = static_cast<double>(partition_.count(rank)) + static_cast<double>(halo.needed().size());
@@ -106,8 +112,10 @@ RankPlan Plan::rank_plan(const HaloPlan& halo, int rank) const {
   const double bytes = held * (static_cast<double>(layout.num_floats()) * 4 + values * source_.channels()) +
                        static_cast<double>(partition_.count(rank)) * values;
   const double features = background_ ? 16.0 * background_rank(config_.optimizer, 1) : 0;
-  const double thread = 3 * 4 * static_cast<double>(layout.num_floats()) +
-                        static_cast<double>(extents_.cells_per_slice()) * (8 + features);
+  const FieldLayout tile(judged_, source_.channels(), tile_);
+  const double copies = 3 + (background_ && !tile.whole() ? static_cast<double>(offsets_.size()) : 0);
+  const double thread = copies * 4 * static_cast<double>(tile.num_floats()) +
+                        static_cast<double>(tile.width * tile.height) * (8 + features);
   const double program = 30 * 1024 * 1024;
   return {partition_.count(rank), static_cast<std::int64_t>(halo.needed().size()), program + bytes + threads_ * thread};
 }
@@ -122,6 +130,9 @@ void Plan::print_effects() const {
   for (int axis = 0; axis < extents_.num_axes(); ++axis)
     fmt::print(" {} {}", extents_.name(axis), footprint_.reach(axis));
   fmt::print("\n");
+  if (tile_.width < extents_.width() || tile_.height < extents_.height()) {
+    fmt::print("tiles      {} x {} pixels of a slice move at a time\n", tile_.width, tile_.height);
+  }
   for (int axis = 0; axis < extents_.num_axes(); ++axis) {
     fmt::print("effect     {}: {}\n", extents_.name(axis),
                footprint_.reach(axis) > 0 ? "on" : "off (no group couples this axis; it costs nothing)");
@@ -134,8 +145,9 @@ void Plan::print_exchange(std::int64_t messages) const {
   } else if (partition_.num_ranks() == 1) {
     fmt::print("exchange   none: one rank\n");
   } else {
-    const auto iterations = static_cast<double>(visit_length(config_.optimizer, footprint_, background_));
-    const double swaps = iterations * typical_acceptance * static_cast<double>(extents_.cells_per_slice()) / 2;
+    const auto iterations = static_cast<double>(visit_length(config_.optimizer, judged_, background_));
+    const auto cells = static_cast<double>(extents_.cells_per_slice());
+    const double swaps = std::min(cells, iterations * typical_acceptance * cells / 2);
     fmt::print("exchange   {} slice updates a sweep, about {} (8 B a swap, {:.0f} % of the candidates)\n", messages,
                bytes_text(static_cast<double>(messages) * swaps * 8), 100 * typical_acceptance);
   }
@@ -165,13 +177,9 @@ void Plan::print() const {
       static_cast<double>(extents_.num_cells()) * (4.0 * source_.channels() + 4 + (source_.has_pdf() ? 4 : 0));
   fmt::print("run file   {} (and as much for the generation before it)\n", bytes_text(file));
 
-  const double each =
-      seconds_per_candidate(config_, source_, Footprint(extents_, config_.problem.filter, config_.optimizer.cutoff));
+  const double each = seconds_per_candidate(config_, source_, judged_);
   const double sweep = each * static_cast<double>(extents_.num_cells()) / 2;
-  const auto classes =
-      config_.optimizer.method == Method::anneal
-          ? colour_classes(Footprint(extents_, config_.problem.filter, config_.optimizer.cutoff)).size()
-          : 1;
+  const auto classes = classes_for(config_.optimizer.method, judged_).size();
   const double busy =
       std::min<double>(ranks, static_cast<double>(extents_.num_slices()) / static_cast<double>(classes));
   fmt::print("speed      {:.3g} us a candidate, measured here on one thread; {} colour class{}\n", each * 1e6, classes,

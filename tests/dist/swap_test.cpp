@@ -21,7 +21,8 @@ TEST(FewestSwaps, DoTheSame) {
     for (const int count : {0, 1, 5, 1000}) {
       std::vector<Swap> swaps;
       for (int k = 0; k < count; ++k) {
-        swaps.push_back({static_cast<std::uint32_t>(engine() % num_cells), static_cast<std::uint32_t>(engine() % num_cells)});
+        swaps.push_back(
+            {static_cast<std::uint32_t>(engine() % num_cells), static_cast<std::uint32_t>(engine() % num_cells)});
       }
       const std::vector<Swap> fewest = fewest_swaps(swaps, num_cells);
       EXPECT_EQ(carried_out(fewest, num_cells), carried_out(swaps, num_cells));
