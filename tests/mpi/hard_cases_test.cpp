@@ -77,6 +77,7 @@ class HardCases : public testing::Test {
     exact.stop.iterations = 8;
     OptimizerSpec fast = anneal;
     fast.method = Method::fast;
+    fast.stop.iterations = 20;
     for (const auto& [name, optimizer] : {std::pair("float", anneal), {"double", exact}, {"fast", fast}}) {
       SCOPED_TRACE(name);
       const double rise = run(problem, optimizer);
