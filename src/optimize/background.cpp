@@ -8,6 +8,10 @@
 namespace noiseloom {
 namespace {
 
+// Slices that weigh less than this share of the own one are left out: a long ring of frames would otherwise cost in
+// proportion to its length, for far less than what any rank misses. R and exact taps keep them.
+constexpr double negligible = 1e-4;
+
 Background::Filter make_filter(const Footprint::Factors& factors, const FieldLayout& layout) {
   const auto width = static_cast<std::size_t>(2 * layout.reach_x + 1);
   const auto height = static_cast<std::size_t>(2 * layout.reach_y + 1);
@@ -55,6 +59,7 @@ Background::Background(const Footprint& footprint, const FeatureMap& map, Window
     const auto factor =
         std::find_if(along.begin(), along.end(), [&](const auto& entry) { return entry.first == slice.offset; });
     NOISELOOM_CHECK(factor != along.end());
+    if (std::abs(factor->second) < negligible * std::abs(along.front().second)) continue;
     along_.emplace_back(slice.offset, static_cast<float>(factor->second));
   }
   const auto count = static_cast<std::size_t>(map.num_features());

@@ -85,21 +85,33 @@ void check_distance(DistanceKind distance, std::int64_t channels, const std::str
   }
 }
 
+// Distances between points are squared in float32.
+constexpr double largest_coordinate = 1e18;
+constexpr double smallest_extent = 1e-18;
+
 std::vector<float> checked_values(const std::vector<double>& values, const Layout& layout, DistanceKind distance,
                                   std::int64_t n, const std::string& path) {
   Faults faults(path, layout, n);
   std::vector<float> result(values.size());
   const std::size_t channels = static_cast<std::size_t>(layout.channels);
+  float largest = 0;
   for (std::size_t first = 0; first < values.size(); first += channels) {
     const std::int64_t index = static_cast<std::int64_t>(first / channels);
     double square = 0;
     for (std::size_t c = 0; c < channels; ++c) {
       const float value = static_cast<float>(values[first + c]);
       result[first + c] = value;
+      largest = std::max(largest, std::fabs(value));
       square += static_cast<double>(value) * static_cast<double>(value);
       if (!std::isfinite(value)) {
         const char* reason = std::isfinite(values[first + c]) ? "does not fit float32" : "samples must be finite";
         faults.add(index, static_cast<std::int64_t>(c), fmt::format("= {}: {}", values[first + c], reason));
+      } else if (values[first + c] != 0 && std::fabs(value) < std::numeric_limits<float>::min()) {
+        faults.add(index, static_cast<std::int64_t>(c),
+                   fmt::format("= {}: a denormal of float32; scale the samples, or make it 0", values[first + c]));
+      } else if (distance == DistanceKind::euclidean && channels > 1 && std::fabs(value) > largest_coordinate) {
+        faults.add(index, static_cast<std::int64_t>(c),
+                   fmt::format("= {}: must lie within 1e18, as distances are squared", values[first + c]));
       } else if (distance == DistanceKind::circle && !(value >= 0 && value < 1)) {
         faults.add(index, static_cast<std::int64_t>(c), fmt::format("= {}: must lie in [0, 1) on the circle", value));
       }
@@ -109,6 +121,10 @@ std::vector<float> checked_values(const std::vector<double>& values, const Layou
     }
   }
   faults.finish();
+  if (distance == DistanceKind::euclidean && channels > 1 && largest > 0 && largest < smallest_extent) {
+    throw UserError(path, fmt::format("no value exceeds {}: too small for distances, which are squared; scale them up",
+                                      static_cast<double>(largest)));
+  }
   return result;
 }
 

@@ -20,6 +20,7 @@
 namespace noiseloom {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Shape = std::vector<std::int64_t>;
@@ -110,9 +111,10 @@ TEST_F(SampleFileTest, SamplesAreKeptBitForBit) {
     std::vector<float> values = random_values(static_cast<std::size_t>(n) * channels, channels);
     values[0] = -0.0F;
     values[7] = 0.0F;
-    values[9] = std::numeric_limits<float>::denorm_min();
-    values[11] = std::numeric_limits<float>::max();
-    values[12] = -std::numeric_limits<float>::max();
+    values[9] = std::numeric_limits<float>::min();
+    const float largest = channels == 1 ? std::numeric_limits<float>::max() : 9e17F;
+    values[11] = largest;
+    values[12] = -largest;
     const SampleSource samples = source({n, static_cast<std::int64_t>(channels)}, values, n, 3);
     EXPECT_EQ(sorted_rows(samples.list(1), channels), sorted_rows(values, channels));
     EXPECT_EQ(samples.list(1), samples.list(1));
@@ -188,12 +190,12 @@ TEST_F(SampleFileTest, OrderOfVectorsEqualsItsSlowTwin) {
 
 TEST_F(SampleFileTest, DoublesAreRoundedToFloat) {
   const std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (2,)}";
-  const std::vector<double> values = {0.1, -1e-320};
+  const std::vector<double> values = {0.1, -1e-30};
   std::ofstream file(path_, std::ios::binary);
   file << std::string("\x93NUMPY\x01\x00", 8) << static_cast<char>(header.size()) << '\0' << header;
   file.write(reinterpret_cast<const char*>(values.data()), 16);
   file.close();
-  EXPECT_THAT(opened(2, 1, DistanceKind::absolute).list(0), ElementsAre(-0.0F, 0.1F));
+  EXPECT_THAT(opened(2, 1, DistanceKind::absolute).list(0), ElementsAre(-1e-30F, 0.1F));
 }
 
 TEST_F(SampleFileTest, NamesValuesThatAreNotFiniteByPosition) {
@@ -202,6 +204,19 @@ TEST_F(SampleFileTest, NamesValuesThatAreNotFiniteByPosition) {
   EXPECT_EQ(fault({2, 3}, {1, 2, 3, 4, infinity, 5}, 3, 2), "slice 1, sample 1 = inf: samples must be finite");
   EXPECT_EQ(fault({2, 2, 2}, {1, 2, 3, 4, 5, 6, nan, 8}, 2, 2),
             "slice 1, sample 1, channel 0 = nan: samples must be finite");
+}
+
+TEST_F(SampleFileTest, NamesDenormalsByPosition) {
+  EXPECT_THAT(fault({3}, {1, 0, -1e-40F}, 3, 2), HasSubstr("sample 2 = -9.99994610111476e-41: a denormal of float32"));
+  EXPECT_EQ(source({3}, {1, 0, -2e-38F}, 3, 2).channels(), 1);
+}
+
+TEST_F(SampleFileTest, RefusesPointsWhoseSquaredDistancesDoNotFit) {
+  EXPECT_THAT(fault({2, 2}, {0, 1e25F, 0, 1}, 2, 1),
+              AllOf(HasSubstr("sample 0, channel 1 = "), HasSubstr("must lie within 1e18")));
+  EXPECT_THAT(fault({2, 2}, {0, 1e-25F, 0, 2e-25F}, 2, 1), HasSubstr("too small for distances"));
+  EXPECT_EQ(source({2, 2}, {0, 1e17F, 0, 1e-25F}, 2, 1).channels(), 2);
+  EXPECT_EQ(source({2, 2}, {0, 0, 0, 0}, 2, 1).channels(), 2);
 }
 
 TEST_F(SampleFileTest, NamesTheFirstFaultsAndCountsTheRest) {
