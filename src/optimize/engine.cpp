@@ -183,9 +183,14 @@ struct Engine::Impl {
   }
 
   void exchange_wait() {
-    exchange.wait([this](SliceIndex slice, std::span<const Swap> swaps) {
-      SliceField& field = fields.at(slice);
-      for (const Swap& swap : swaps) field.swap(swap.a, swap.b);
+    std::vector<SliceSwaps> received;  // each slice once: it moves once a step
+    exchange.wait([&received](SliceIndex slice, std::span<const Swap> swaps) {
+      received.push_back({slice, {swaps.begin(), swaps.end()}});
+    });
+    pool.for_each(std::ssize(received), [&](std::int64_t index, int) {
+      const SliceSwaps& changed = received[static_cast<std::size_t>(index)];
+      SliceField& field = fields.at(changed.slice);
+      for (const Swap& swap : changed.swaps) field.swap(swap.a, swap.b);
     });
   }
 
