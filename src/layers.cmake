@@ -5,6 +5,7 @@ target_compile_options(noiseloom_flags INTERFACE
   -Wall -Wextra -Wconversion -Wshadow
   -ffp-contract=off                       # the same bits with and without FMA
   -fno-math-errno                         # lets loops over sqrt be vectorised; changes no result
+  $<$<BOOL:${CMAKE_UNITY_BUILD}>:-Wno-subobject-linkage>  # takes all files of a batch for headers
   $<$<BOOL:${NOISELOOM_WERROR}>:-Werror>
   $<$<BOOL:${NOISELOOM_SANITIZE}>:-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer>)
 target_link_options(noiseloom_flags INTERFACE

@@ -22,12 +22,6 @@ std::vector<Extents::SliceCoord> coupled_offsets(const Footprint& footprint) {
   return offsets;
 }
 
-// The schedule in sweeps, of `per_sweep` iterations each (the last may be shorter).
-StopSpec in_sweeps(StopSpec stop, std::int64_t per_sweep) {
-  stop.iterations = (stop.iterations + per_sweep - 1) / per_sweep;
-  return stop;
-}
-
 }  // namespace
 
 struct Engine::Impl {
@@ -50,6 +44,7 @@ struct Engine::Impl {
   HaloExchange exchange;
   std::vector<std::vector<SliceIndex>> classes;
   TileGrid tiles;
+  bool members_meet;  // whether slices of one class see one another
   PartnerDraw partners;
   std::vector<AnnealMover> anneal_movers;  // one for each thread
   std::vector<PairingMover> pairing_movers;
@@ -83,6 +78,7 @@ struct Engine::Impl {
         exchange(c, halo, partition),
         classes(classes_for(o.method, footprint)),
         tiles(tiles_for(o.method, footprint, classes)),
+        members_meet(o.method == Method::fast || (footprint.couples_slices() && classes.front().size() > 1)),
         partners(partners_for(s.distance(), s.channels(), tiles.window())),
         permutations(static_cast<std::size_t>(partition.count(c.rank()))) {
     make_movers();
@@ -237,17 +233,20 @@ struct Engine::Impl {
     for (const SliceIndex slice : moving) {
       if (owns(slice)) own.push_back({slice, {}});
     }
-    const auto num_tiles = static_cast<std::size_t>(tiles.num_tiles());
-    std::vector<VisitResult> results(own.size() * num_tiles);
+    const std::int64_t num_tiles = tiles.num_tiles();
+    std::vector<VisitResult> results(own.size() * static_cast<std::size_t>(num_tiles));
     std::vector<std::size_t> order(own.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     const auto first_waiting = std::stable_partition(order.begin(), order.end(),
                                                      [&](std::size_t k) { return !depends_on_pending(own[k].slice); });
     const auto visit_all = [&](auto begin, auto end) {
-      pool.for_each((end - begin) * std::int64_t{tiles.num_tiles()}, [&](std::int64_t index, int worker) {
-        const std::size_t k = *(begin + index / tiles.num_tiles());
-        const int tile = static_cast<int>(index % tiles.num_tiles());
-        results[k * num_tiles + static_cast<std::size_t>(tile)] = visit(own[k].slice, tile, worker);
+      pool.for_each((end - begin) * num_tiles, [&](std::int64_t index, int worker) {
+        const auto k = static_cast<std::int64_t>(*(begin + index / num_tiles));
+        const std::int64_t tile = index % num_tiles;
+        VisitResult& result = results[static_cast<std::size_t>(k * num_tiles + tile)];
+        const SliceIndex slice = own[static_cast<std::size_t>(k)].slice;
+        result = visit(slice, static_cast<int>(tile), worker);
+        if (!members_meet) carry_out(slice, result);  // while it is in the cache: nobody else looks there
       });
     };
     visit_all(order.begin(), first_waiting);
@@ -256,6 +255,17 @@ struct Engine::Impl {
     publish(own, results);
     shorten(own);
     exchange.begin(moving, own);
+  }
+
+  // Tiles of a slice have no cell in common.
+  void carry_out(SliceIndex slice, VisitResult& result) {
+    SliceField& field = fields.at(slice);
+    std::vector<std::uint32_t>& ids = permutation(slice);
+    for (const Swap& swap : result.swaps) {
+      field.swap(swap.a, swap.b);
+      std::swap(ids[swap.a], ids[swap.b]);
+    }
+    if (halo.listeners(slice).empty()) result.swaps = {};
   }
 
   // A hot visit makes several swaps a cell; what travels is what they come to.
@@ -268,30 +278,26 @@ struct Engine::Impl {
     });
   }
 
-  // Carries out what the tiles of each slice have found; they have no cell in common.
+  // Carries out what is not yet, and lists what others are to hear of.
   void publish(std::vector<SliceSwaps>& moved, std::vector<VisitResult>& results) {
     const auto num_tiles = static_cast<std::size_t>(tiles.num_tiles());
-    pool.for_each(static_cast<std::int64_t>(results.size()), [&](std::int64_t index, int) {
-      const auto unit = static_cast<std::size_t>(index);
-      const SliceIndex slice = moved[unit / num_tiles].slice;
-      SliceField& field = fields.at(slice);
-      std::vector<std::uint32_t>& ids = permutation(slice);
-      for (const Swap& swap : results[unit].swaps) {
-        field.swap(swap.a, swap.b);
-        std::swap(ids[swap.a], ids[swap.b]);
-      }
-    });
+    if (members_meet) {
+      pool.for_each(std::ssize(results), [&](std::int64_t index, int) {
+        const auto unit = static_cast<std::size_t>(index);
+        carry_out(moved[unit / num_tiles].slice, results[unit]);
+      });
+    }
     for (std::size_t unit = 0; unit < results.size(); ++unit) {
+      VisitResult& result = results[unit];
       std::vector<Swap>& swaps = moved[unit / num_tiles].swaps;
       if (swaps.empty()) {
-        swaps = std::move(results[unit].swaps);
-        own_accepted += std::ssize(swaps);
+        swaps = std::move(result.swaps);
       } else {
-        swaps.insert(swaps.end(), results[unit].swaps.begin(), results[unit].swaps.end());
-        own_accepted += std::ssize(results[unit].swaps);
+        swaps.insert(swaps.end(), result.swaps.begin(), result.swaps.end());
       }
-      own_candidates += results[unit].candidates;
-      own_energy += std::llround(results[unit].energy / energy_unit());
+      own_accepted += result.num_swaps;
+      own_candidates += result.candidates;
+      own_energy += std::llround(result.energy / energy_unit());
     }
   }
 

@@ -52,6 +52,11 @@ std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footp
   return std::clamp<std::int64_t>(optimizer.stop.iterations / 24, 1, longest);
 }
 
+StopSpec in_sweeps(StopSpec stop, std::int64_t per_sweep) {
+  stop.iterations = (stop.iterations + per_sweep - 1) / per_sweep;
+  return stop;
+}
+
 std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
                                                   const ValueKernel& kernel, const SampleSource& source, int rank) {
   const auto own_taps = std::ssize(footprint.slices()[0].taps);

@@ -113,6 +113,7 @@ VisitResult AnnealMover::visit(const Visit& visit, double temperature, const Par
   load(visit, field, permutation);
   delta_->bind(visit.slice, visit.corner, field, others);
   VisitResult result;
+  result.swaps.reserve(num_swaps_ + num_swaps_ / 8);  // growing it would take longer than many a swap
   const std::uint64_t tile_begin = std::uint64_t{static_cast<std::uint32_t>(visit.tile)} << 32;
   const std::uint64_t end = tile_begin + num_candidates(visit, field.layout());
   const auto in_slice = [&](std::uint32_t cell) {
@@ -133,6 +134,8 @@ VisitResult AnnealMover::visit(const Visit& visit, double temperature, const Par
       result.swaps.push_back({in_slice(pair.i), in_slice(pair.j)});
     }
   }
+  num_swaps_ = result.swaps.size();
+  result.num_swaps = std::ssize(result.swaps);
   return result;
 }
 
@@ -174,6 +177,7 @@ VisitResult PairingMover::visit(const Visit& visit, double fraction, const Slice
       result.swaps.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)});
     }
   }
+  result.num_swaps = std::ssize(result.swaps);
   return result;
 }
 

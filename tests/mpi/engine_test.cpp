@@ -3,17 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include "support/filter_specs.h"
+
 namespace noiseloom {
 namespace {
 
-GroupSpec group(std::vector<int> axes, KernelKind kind, double parameter) {
-  GroupSpec spec;
-  spec.axes = std::move(axes);
-  spec.kernel.kind = kind;
-  spec.kernel.size = static_cast<int>(parameter);
-  spec.kernel.sigma = parameter;
-  return spec;
-}
+using namespace testing_support;
 
 struct Case {
   const char* name;
@@ -25,7 +20,7 @@ std::vector<Case> cases() {
   std::vector<Case> all;
   Case product{"product with ema", {}, {}};
   product.problem.extents = Extents({13, 11, 7});
-  product.problem.filter.groups = {group({0, 1}, KernelKind::box, 3), group({2}, KernelKind::ema, 0)};
+  product.problem.filter.groups = {group({0, 1}, box(3)), group({2}, ema(0.1, 0.1))};
   product.optimizer.stop.iterations = 6;
   all.push_back(product);
 
@@ -38,8 +33,7 @@ std::vector<Case> cases() {
   stbn.problem.extents = Extents({11, 8, 13});
   stbn.problem.samples = {SampleKind::vector, 2, "", DistanceKind::euclidean};
   stbn.problem.filter.combine = Combine::sum;
-  stbn.problem.filter.groups = {group({0, 1}, KernelKind::gauss_energy, 0.8),
-                                group({2}, KernelKind::gauss_energy, 0.8)};
+  stbn.problem.filter.groups = {group({0, 1}, gauss_energy(0.8)), group({2}, gauss_energy(0.8))};
   for (GroupSpec& spec : stbn.problem.filter.groups) spec.weight = 0.5;
   stbn.problem.value_kernel.kind = ValueKernelKind::stbn;
   stbn.optimizer.stop.iterations = 4;
@@ -48,14 +42,14 @@ std::vector<Case> cases() {
   Case four{"2D x 2D directions", {}, {}};
   four.problem.extents = Extents({7, 5, 3, 5});
   four.problem.samples = {SampleKind::hemisphere_cosine, 3, "", DistanceKind::angle};
-  four.problem.filter.groups = {group({0, 1}, KernelKind::box, 3), group({2, 3}, KernelKind::gauss, 0.7)};
+  four.problem.filter.groups = {group({0, 1}, box(3)), group({2, 3}, gauss(0.7))};
   four.optimizer.precision = Precision::dual;
   four.optimizer.stop.iterations = 5;
   all.push_back(four);
 
   Case uncoupled{"slices on their own", {}, {}};
   uncoupled.problem.extents = Extents({9, 10, 6});
-  uncoupled.problem.filter.groups = {group({0, 1}, KernelKind::box, 5)};
+  uncoupled.problem.filter.groups = {group({0, 1}, box(5))};
   uncoupled.optimizer.stop.iterations = 5;
   all.push_back(uncoupled);
   return all;
@@ -203,7 +197,7 @@ TEST(Engine, RelativeErrorFallsInEverySweepOfAGreedyRun) {
 TEST(Engine, FastConvergesOnASmallSliceUnderAWideFilter) {
   ProblemSpec problem;
   problem.extents = Extents({24, 24});
-  problem.filter.groups = {group({0, 1}, KernelKind::box, 5)};
+  problem.filter.groups = {group({0, 1}, box(5))};
   OptimizerSpec optimizer;
   optimizer.method = Method::fast;
   optimizer.stop.iterations = 400;
@@ -225,7 +219,7 @@ TEST(Engine, FastConvergesOnASmallSliceUnderAWideFilter) {
 TEST(Engine, TheShownErrorIsMovedOnByTheEnergyOfTheSwaps) {
   ProblemSpec problem;
   problem.extents = Extents({70, 64});
-  problem.filter.groups = {group({0, 1}, KernelKind::box, 3)};
+  problem.filter.groups = {group({0, 1}, box(3))};
   OptimizerSpec optimizer;
   optimizer.stop.iterations = 600;
   const SampleSource source = source_of(problem);

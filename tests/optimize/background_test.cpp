@@ -8,26 +8,22 @@
 namespace noiseloom {
 namespace {
 
-using test::group;
+using namespace testing_support;
 using test::Space;
 using test::Texture;
 
-struct Case {
+struct BackgroundCase {
   std::string name;
   Extents extents;
   FilterSpec filter;
 };
 
-std::vector<Case> cases() {
-  return {{"gauss x ema",
-           Extents({19, 17, 5}),
-           {Combine::product, {group({0, 1}, KernelKind::gauss, 0.8), group({2}, KernelKind::ema, 0)}}},
-          {"box x box over two slice axes, folded",
-           Extents({5, 7, 3, 2}),
-           {Combine::product, {group({0, 1}, KernelKind::box, 5), group({2, 3}, KernelKind::box, 2)}}},
-          {"a disc, which is not separable",
-           Extents({13, 11, 3}),
-           {Combine::product, {group({0, 1}, KernelKind::gauss_energy, 0.9), group({2}, KernelKind::box, 2)}}}};
+std::vector<BackgroundCase> cases() {
+  return {{"gauss x ema", Extents({19, 17, 5}), product({group({0, 1}, gauss(0.8)), group({2}, ema(0.1, 0.1))})},
+          {"box x box over two slice axes, folded", Extents({5, 7, 3, 2}),
+           product({group({0, 1}, box(5)), group({2, 3}, box(2))})},
+          {"a disc, which is not separable", Extents({13, 11, 3}),
+           product({group({0, 1}, gauss_energy(0.9)), group({2}, box(2))})}};
 }
 
 std::vector<float> samples_of(const Texture& texture, int slices) {
@@ -80,7 +76,7 @@ double others_change(const Footprint& footprint, const Texture& texture, SliceIn
 std::vector<Space> spaces() { return test::all_spaces(); }
 
 TEST(Background, IsTheLowRankKernelSummedOverTheOtherSlices) {
-  for (const Case& one : cases()) {
+  for (const BackgroundCase& one : cases()) {
     for (const Space& space : spaces()) {
       const Footprint footprint(one.extents, one.filter);
       const ValueKernel kernel = test::kernel_of(space, ValueKernelKind::distance, one.extents.num_axes());
@@ -107,7 +103,7 @@ TEST(Background, IsTheLowRankKernelSummedOverTheOtherSlices) {
 
 // Root mean square of dE's error over that of dE itself, the other slices alone.
 double relative_error(const Space& space, ValueKernelKind kind, int rank) {
-  const Case one = cases()[0];
+  const BackgroundCase one = cases()[0];
   const Footprint footprint(one.extents, one.filter);
   const ValueKernel kernel = test::kernel_of(space, kind, one.extents.num_axes());
   const Texture texture(footprint, kernel, 5);
@@ -144,7 +140,7 @@ TEST(Background, ServesTheStbnKernel) {
 }
 
 TEST(Background, HasTheSameBitsOnAllInstructionSets) {
-  for (const Case& one : cases()) {
+  for (const BackgroundCase& one : cases()) {
     for (const Space& space : spaces()) {
       const Footprint footprint(one.extents, one.filter);
       const ValueKernel kernel = test::kernel_of(space, ValueKernelKind::distance, one.extents.num_axes());
@@ -168,7 +164,7 @@ TEST(Background, HasTheSameBitsOnAllInstructionSets) {
 }
 
 TEST(Background, FollowsTheSwapsOfItsSlice) {
-  const Case one = cases()[0];
+  const BackgroundCase one = cases()[0];
   const Footprint footprint(one.extents, one.filter);
   const ValueKernel kernel = test::kernel_of(test::all_spaces()[3], ValueKernelKind::distance, 3);
   Texture texture(footprint, kernel, 5);

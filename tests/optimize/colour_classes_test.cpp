@@ -6,8 +6,12 @@
 #include <cstdlib>
 #include <set>
 
+#include "support/filter_specs.h"
+
 namespace noiseloom {
 namespace {
+
+using namespace testing_support;
 
 Footprint footprint(std::vector<std::int64_t> sizes, std::vector<GroupSpec> groups,
                     Combine combine = Combine::product) {
@@ -18,22 +22,6 @@ Footprint footprint(std::vector<std::int64_t> sizes, std::vector<GroupSpec> grou
   return Footprint(Extents(std::move(sizes)), filter);
 }
 
-GroupSpec box(std::vector<int> axes, int size) {
-  GroupSpec group;
-  group.axes = std::move(axes);
-  group.kernel.size = size;
-  return group;
-}
-
-GroupSpec ema(int axis, double alpha, double rejection) {
-  GroupSpec group;
-  group.axes = {axis};
-  group.kernel.kind = KernelKind::ema;
-  group.kernel.alpha = alpha;
-  group.kernel.rejection = rejection;
-  return group;
-}
-
 std::int64_t ring_distance(std::int64_t a, std::int64_t b, std::int64_t size) {
   const std::int64_t d = std::abs(a - b);
   return std::min(d, size - d);
@@ -42,7 +30,8 @@ std::int64_t ring_distance(std::int64_t a, std::int64_t b, std::int64_t size) {
 TEST(ColourClasses, HoldEverySliceOnce) {
   for (const std::int64_t t : {1, 2, 3, 7, 8, 13, 64}) {
     for (const std::int64_t z : {1, 5}) {
-      const Footprint f = footprint({3, 3, t, z}, {box({0, 1}, 3), ema(2, 0.1, 0.1), box({3}, 3)});
+      const Footprint f =
+          footprint({3, 3, t, z}, {group({0, 1}, box(3)), group({2}, ema(0.1, 0.1)), group({3}, box(3))});
       std::set<SliceIndex> seen;
       for (const auto& members : colour_classes(f)) {
         EXPECT_FALSE(members.empty());
@@ -54,12 +43,13 @@ TEST(ColourClasses, HoldEverySliceOnce) {
 }
 
 TEST(ColourClasses, UncoupledSlicesMoveTogether) {
-  EXPECT_EQ(colour_classes(footprint({5, 5, 11}, {box({0, 1}, 3)})).size(), 1U);
+  EXPECT_EQ(colour_classes(footprint({5, 5, 11}, {group({0, 1}, box(3))})).size(), 1U);
 }
 
 TEST(ColourClasses, CoupledMembersStandAtLeastFourApart) {
   for (const std::int64_t t : {8, 9, 11, 30, 64}) {
-    for (const auto& members : colour_classes(footprint({3, 3, t}, {box({0, 1}, 3), ema(2, 0.1, 0.1)}))) {
+    for (const auto& members :
+         colour_classes(footprint({3, 3, t}, {group({0, 1}, box(3)), group({2}, ema(0.1, 0.1))}))) {
       for (const SliceIndex a : members) {
         for (const SliceIndex b : members) {
           if (a != b) {
@@ -73,14 +63,14 @@ TEST(ColourClasses, CoupledMembersStandAtLeastFourApart) {
 
 TEST(ColourClasses, ShortReachNeedsNoMoreThanItsOwnDistance) {
   // box 2 overlaps reach 1: every other slice may move.
-  for (const auto& members : colour_classes(footprint({3, 3, 12}, {box({0, 1}, 3), box({2}, 2)}))) {
+  for (const auto& members : colour_classes(footprint({3, 3, 12}, {group({0, 1}, box(3)), group({2}, box(2))}))) {
     EXPECT_EQ(members.size(), 6U);
   }
 }
 
 // A running mean over all frames: every slice weighs as much as the own one, so at most two may move at once.
 TEST(ColourClasses, FlatCouplingLeavesFewSlicesTogether) {
-  for (const auto& members : colour_classes(footprint({3, 3, 64}, {box({0, 1}, 3), box({2}, 64)}))) {
+  for (const auto& members : colour_classes(footprint({3, 3, 64}, {group({0, 1}, box(3)), group({2}, box(64))}))) {
     EXPECT_LE(members.size(), 2U);
   }
 }
@@ -88,7 +78,7 @@ TEST(ColourClasses, FlatCouplingLeavesFewSlicesTogether) {
 // Over two axes the couplings multiply; what counts is their sum over all members of a class.
 TEST(ColourClasses, CouplingIsLimitedOverAllAxesTogether) {
   for (const int size : {4, 8, 10}) {
-    const Footprint f = footprint({3, 3, 16, 16}, {box({0, 1}, 3), box({2, 3}, size)});
+    const Footprint f = footprint({3, 3, 16, 16}, {group({0, 1}, box(3)), group({2, 3}, box(size))});
     double own = f.weight_zero();
     for (const PlaneTap& tap : f.slices()[0].taps) own += tap.weight;
     for (const auto& members : colour_classes(f)) {

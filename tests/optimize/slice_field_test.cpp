@@ -9,6 +9,8 @@
 namespace noiseloom {
 namespace {
 
+using namespace testing_support;
+
 constexpr std::int64_t width = 13;
 constexpr std::int64_t height = 7;
 
@@ -17,7 +19,7 @@ float value_at(std::int64_t x, std::int64_t y, int c) {
 }
 
 SliceField numbered_field() {
-  const Footprint footprint(Extents({width, height}), {Combine::product, {test::group({0, 1}, KernelKind::box, 4)}});
+  const Footprint footprint(Extents({width, height}), product({group({0, 1}, box(4))}));
   SliceField field(FieldLayout(footprint, 2));
   std::vector<std::uint32_t> order(width * height);
   std::vector<float> list;

@@ -16,14 +16,13 @@
 namespace noiseloom {
 namespace {
 
-using test::group;
+using namespace testing_support;
 using test::Texture;
 
 class Movers : public ::testing::Test {
  protected:
   const Extents extents_{Extents({17, 13, 3})};
-  const Footprint footprint_{extents_,
-                             {Combine::product, {group({0, 1}, KernelKind::gauss, 1), group({2}, KernelKind::box, 2)}}};
+  const Footprint footprint_{extents_, product({group({0, 1}, gauss(1)), group({2}, box(2))})};
   const ValueKernel kernel_ = test::kernel_of(test::all_spaces()[0], ValueKernelKind::distance, 3);
   const Cell cells_ = extents_.cells_per_slice();
 

@@ -8,7 +8,7 @@
 namespace noiseloom {
 namespace {
 
-using test::group;
+using namespace testing_support;
 using test::Space;
 using test::Texture;
 
@@ -20,24 +20,16 @@ struct FilterCase {
 
 std::vector<FilterCase> filters() {
   return {
-      {"box5 on 13x11", Extents({13, 11}), {Combine::product, {group({0, 1}, KernelKind::box, 5)}}},
-      {"gauss folded on 7x5", Extents({7, 5}), {Combine::product, {group({0, 1}, KernelKind::gauss, 1.5)}}},
-      {"length 1 and 2", Extents({1, 2, 3}), {Combine::product, {group({0, 1, 2}, KernelKind::gauss_energy, 1.9)}}},
-      {"product with ema",
-       Extents({7, 5, 5}),
-       {Combine::product, {group({0, 1}, KernelKind::gauss, 0.8), group({2}, KernelKind::ema, 0)}}},
-      {"sum with ema",
-       Extents({7, 5, 5}),
-       {Combine::sum, {group({0, 1}, KernelKind::box, 3), group({2}, KernelKind::ema, 0)}}},
-      {"unequal sum over two slice axes",
-       Extents({5, 7, 3, 2}),
-       {Combine::sum, {group({0, 1}, KernelKind::gauss_energy, 1.9, 0.3), group({2, 3}, KernelKind::box, 3, 0.7)}}},
-      {"one group over plane and slices",
-       Extents({5, 3, 3}),
-       {Combine::product, {group({0, 1, 2}, KernelKind::gauss_energy, 1.1)}}},
-      {"product over three slice axes",
-       Extents({5, 3, 2, 3, 2}),
-       {Combine::product, {group({0, 1}, KernelKind::binomial, 2), group({2, 3, 4}, KernelKind::box, 2)}}},
+      {"box5 on 13x11", Extents({13, 11}), product({group({0, 1}, box(5))})},
+      {"gauss folded on 7x5", Extents({7, 5}), product({group({0, 1}, gauss(1.5))})},
+      {"length 1 and 2", Extents({1, 2, 3}), product({group({0, 1, 2}, gauss_energy(1.9))})},
+      {"product with ema", Extents({7, 5, 5}), product({group({0, 1}, gauss(0.8)), group({2}, ema(0.1, 0.1))})},
+      {"sum with ema", Extents({7, 5, 5}), sum({group({0, 1}, box(3)), group({2}, ema(0.1, 0.1))})},
+      {"unequal sum over two slice axes", Extents({5, 7, 3, 2}),
+       sum({group({0, 1}, gauss_energy(1.9), 0.3), group({2, 3}, box(3), 0.7)})},
+      {"one group over plane and slices", Extents({5, 3, 3}), product({group({0, 1, 2}, gauss_energy(1.1))})},
+      {"product over three slice axes", Extents({5, 3, 2, 3, 2}),
+       product({group({0, 1}, binomial(2)), group({2, 3, 4}, box(2))})},
   };
 }
 

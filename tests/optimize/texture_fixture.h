@@ -14,6 +14,7 @@
 #include "noiseloom/optimize/swap_delta.h"
 #include "noiseloom/problem/footprint.h"
 #include "noiseloom/problem/value_kernel.h"
+#include "support/filter_specs.h"
 
 namespace noiseloom::test {
 
@@ -49,17 +50,6 @@ inline double oracle_kernel(const ValueKernel& kernel, const float* a, const flo
   if (kernel.distance == DistanceKind::angle) d = std::acos(std::clamp(dot, -1.0, 1.0));
   return kernel.kind == ValueKernelKind::distance ? -d
                                                   : std::exp(-std::pow(d, kernel.exponent) * kernel.inverse_sigma_s2);
-}
-
-inline GroupSpec group(std::vector<int> axes, KernelKind kind, double size, double weight = 0) {
-  GroupSpec spec;
-  spec.axes = std::move(axes);
-  spec.kernel.kind = kind;
-  spec.kernel.size = static_cast<int>(size);
-  spec.kernel.n = static_cast<int>(size);
-  spec.kernel.sigma = size;
-  spec.weight = weight;
-  return spec;
 }
 
 inline CellPair pair(Cell i, Cell j) { return {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)}; }

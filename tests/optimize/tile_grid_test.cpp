@@ -11,11 +11,11 @@
 namespace noiseloom {
 namespace {
 
-using test::group;
+using namespace testing_support;
 using test::Texture;
 
-Footprint box(const Extents& extents, int size) {
-  return Footprint(extents, {Combine::product, {group({0, 1}, KernelKind::box, size)}});
+Footprint box_footprint(const Extents& extents, int size) {
+  return Footprint(extents, product({group({0, 1}, box(size))}));
 }
 
 // Cells of a tile of the slice.
@@ -31,7 +31,7 @@ std::vector<Cell> cells_of(const Footprint& footprint, const TileGrid& grid, std
 
 TEST(TileGrid, TilesAreFurtherApartThanTheFootprintReaches) {
   for (const Extents& extents : {Extents({131, 97}), Extents({256, 67}), Extents({509, 311})}) {
-    const Footprint footprint = box(extents, 4);
+    const Footprint footprint = box_footprint(extents, 4);
     const TileGrid grid(footprint, 1);
     ASSERT_GT(grid.num_tiles(), 1) << extents.to_string();
     for (std::uint32_t sweep = 0; sweep < 5; ++sweep) {
@@ -56,7 +56,7 @@ TEST(TileGrid, TilesAreFurtherApartThanTheFootprintReaches) {
 }
 
 TEST(TileGrid, EveryCellMovesSoonerOrLater) {
-  const Footprint footprint = box(Extents({131, 97}), 5);
+  const Footprint footprint = box_footprint(Extents({131, 97}), 5);
   const TileGrid grid(footprint, 1);
   std::set<Cell> moved;
   for (std::uint32_t sweep = 0; sweep < 12; ++sweep) {
@@ -68,14 +68,14 @@ TEST(TileGrid, EveryCellMovesSoonerOrLater) {
 }
 
 TEST(TileGrid, StaysWholeWhereTilesWouldLeaveLittle) {
-  EXPECT_EQ(TileGrid(box(Extents({63, 63}), 3), 1).num_tiles(), 1);
-  EXPECT_EQ(TileGrid(box(Extents({128, 128, 64}), 5), 16).num_tiles(), 1);
-  EXPECT_EQ(TileGrid(box(Extents({128, 128}), 40), 1).num_tiles(), 1);
-  EXPECT_EQ(TileGrid(box(Extents({1, 1}), 3), 1).num_tiles(), 1);
+  EXPECT_EQ(TileGrid(box_footprint(Extents({63, 63}), 3), 1).num_tiles(), 1);
+  EXPECT_EQ(TileGrid(box_footprint(Extents({128, 128, 64}), 5), 16).num_tiles(), 1);
+  EXPECT_EQ(TileGrid(box_footprint(Extents({128, 128}), 40), 1).num_tiles(), 1);
+  EXPECT_EQ(TileGrid(box_footprint(Extents({1, 1}), 3), 1).num_tiles(), 1);
 }
 
 TEST(TileGrid, TilesOfLargeSlicesFitTheCaches) {
-  const TileGrid grid(box(Extents({4096, 4096}), 5), 1);
+  const TileGrid grid(box_footprint(Extents({4096, 4096}), 5), 1);
   EXPECT_LE(grid.window().width * grid.window().height, 20'000);
   EXPECT_GT(grid.window().width * grid.window().height * grid.num_tiles(), 4096 * 4096 * 9 / 10);
 }
@@ -84,9 +84,8 @@ TEST(TileGrid, TilesOfLargeSlicesFitTheCaches) {
 class Windows : public ::testing::TestWithParam<Precision> {
  protected:
   static std::vector<FilterSpec> filters() {
-    return {{Combine::product, {group({0, 1}, KernelKind::gauss, 0.8), group({2}, KernelKind::box, 2)}},
-            {Combine::sum, {group({0, 1}, KernelKind::box, 3), group({2}, KernelKind::ema, 0)}},
-            {Combine::product, {group({0, 1, 2}, KernelKind::gauss_energy, 1.1)}}};
+    return {product({group({0, 1}, gauss(0.8)), group({2}, box(2))}),
+            sum({group({0, 1}, box(3)), group({2}, ema(0.1, 0.1))}), product({group({0, 1, 2}, gauss_energy(1.1))})};
   }
 };
 
@@ -122,8 +121,7 @@ INSTANTIATE_TEST_SUITE_P(Both, Windows, ::testing::Values(Precision::single, Pre
 
 TEST(Windows, WithABackgroundJudgeSwapsAsTheWholeSliceDoes) {
   const Extents extents({23, 19, 8});
-  const Footprint footprint(
-      extents, {Combine::product, {group({0, 1}, KernelKind::gauss, 0.8), group({2}, KernelKind::ema, 0)}});
+  const Footprint footprint(extents, product({group({0, 1}, gauss(0.8)), group({2}, ema(0.1, 0.1))}));
   const ValueKernel kernel = test::kernel_of(test::all_spaces()[0], ValueKernelKind::distance, 3);
   const Texture texture(footprint, kernel, 5);
   std::vector<float> list(static_cast<std::size_t>(extents.cells_per_slice()));
@@ -144,7 +142,7 @@ TEST(Windows, WithABackgroundJudgeSwapsAsTheWholeSliceDoes) {
 
 // Cold, so that no swap may raise the energy: neither alone nor with those of the other tiles.
 TEST(Tiles, SwapsOfAllTilesTogetherChangeTheEnergyByTheirSum) {
-  const Footprint footprint = box(Extents({83, 71}), 4);
+  const Footprint footprint = box_footprint(Extents({83, 71}), 4);
   const ValueKernel kernel = test::kernel_of(test::all_spaces()[0], ValueKernelKind::distance, 2);
   Texture texture(footprint, kernel, 3);
   const TileGrid grid(footprint, 1);
@@ -175,7 +173,7 @@ TEST(Tiles, SwapsOfAllTilesTogetherChangeTheEnergyByTheirSum) {
 }
 
 TEST(CellsById, AreTheCellsOfTheWindowInTheOrderOfTheirIds) {
-  const Footprint footprint = box(Extents({83, 71}), 4);
+  const Footprint footprint = box_footprint(Extents({83, 71}), 4);
   const FieldLayout slice(footprint, 1);
   const FieldLayout window(footprint, 1, {30, 20});
   std::vector<std::uint32_t> permutation(83 * 71);

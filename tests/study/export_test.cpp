@@ -24,7 +24,7 @@ ExportOptions options_for(const std::string& output) {
   return options;
 }
 
-struct Case {
+struct ExportCase {
   std::string samples;
   std::string format;
   std::string depth;
@@ -32,10 +32,10 @@ struct Case {
   double error;  // largest that the format may add
 };
 
-class ExportedTexture : public testing::TestWithParam<Case> {};
+class ExportedTexture : public testing::TestWithParam<ExportCase> {};
 
 TEST_P(ExportedTexture, LoadsAsTheValuesOfTheRunFile) {
-  const Case& c = GetParam();
+  const ExportCase& c = GetParam();
   const TemporaryFolder folder;
   const RunConfig config = small_config(c.samples);
   const Texture texture = start_texture(config);
@@ -56,16 +56,19 @@ TEST_P(ExportedTexture, LoadsAsTheValuesOfTheRunFile) {
 INSTANTIATE_TEST_SUITE_P(
     Formats, ExportedTexture,
     testing::Values(
-        Case{"uniform", "png", "8", "slices", 0.5 / 256}, Case{"uniform", "png", "16", "strip", 0.5 / 65536 + 1e-7},
-        Case{"vector2", "png", "8", "", 0.5 / 256}, Case{"vector4", "png", "16", "slices", 0.5 / 65536 + 1e-7},
-        Case{"sphere", "png", "8", "strip", 4.0 / 256}, Case{"disk", "tiff", "16", "strip", 1.0 / 65536 + 1e-7},
-        Case{"tent", "tiff", "8", "slices", 0.5 / 256}, Case{"gauss", "tiff", "32f", "strip", 0},
-        Case{"vector7", "tiff", "32f", "slices", 0}, Case{"gauss", "exr", "", "slices", 0},
-        Case{"vector2", "exr", "32f", "exr-multipart", 0}, Case{"vector8", "exr", "", "strip", 0},
-        Case{"disk", "exr", "", "exr-multipart", 0}, Case{"circle", "hdr", "", "slices", 1.0 / 256},
-        Case{"disk", "hdr", "32f", "strip", 2.0 / 256}, Case{"gauss", "npy", "", "", 0},
-        Case{"sphere", "npy", "32f", "", 1e-7}, Case{"gauss", "raw", "", "", 0},
-        Case{"disk", "raw", "8", "", 1.0 / 256}, Case{"vector5", "raw", "16", "", 0.5 / 65536 + 1e-7}));
+        ExportCase{"uniform", "png", "8", "slices", 0.5 / 256},
+        ExportCase{"uniform", "png", "16", "strip", 0.5 / 65536 + 1e-7},
+        ExportCase{"vector2", "png", "8", "", 0.5 / 256},
+        ExportCase{"vector4", "png", "16", "slices", 0.5 / 65536 + 1e-7},
+        ExportCase{"sphere", "png", "8", "strip", 4.0 / 256},
+        ExportCase{"disk", "tiff", "16", "strip", 1.0 / 65536 + 1e-7},
+        ExportCase{"tent", "tiff", "8", "slices", 0.5 / 256}, ExportCase{"gauss", "tiff", "32f", "strip", 0},
+        ExportCase{"vector7", "tiff", "32f", "slices", 0}, ExportCase{"gauss", "exr", "", "slices", 0},
+        ExportCase{"vector2", "exr", "32f", "exr-multipart", 0}, ExportCase{"vector8", "exr", "", "strip", 0},
+        ExportCase{"disk", "exr", "", "exr-multipart", 0}, ExportCase{"circle", "hdr", "", "slices", 1.0 / 256},
+        ExportCase{"disk", "hdr", "32f", "strip", 2.0 / 256}, ExportCase{"gauss", "npy", "", "", 0},
+        ExportCase{"sphere", "npy", "32f", "", 1e-7}, ExportCase{"gauss", "raw", "", "", 0},
+        ExportCase{"disk", "raw", "8", "", 1.0 / 256}, ExportCase{"vector5", "raw", "16", "", 0.5 / 65536 + 1e-7}));
 
 TEST(Export, QuantisesByTheFloor) {
   const TemporaryFolder folder;

@@ -39,17 +39,17 @@ std::vector<std::byte> pattern(const ImageShape& shape, int block) {
   return bytes;
 }
 
-struct Case {
+struct ImageCase {
   ImageFormat format;
   const char* extension;
   PixelType type;
   int channels;
 };
 
-class WrittenImage : public testing::TestWithParam<Case> {};
+class WrittenImage : public testing::TestWithParam<ImageCase> {};
 
 TEST_P(WrittenImage, GivesBackItsBytes) {
-  const Case& c = GetParam();
+  const ImageCase& c = GetParam();
   const TemporaryFolder folder;
   const std::string path = folder / (std::string("image") + c.extension);
   ImageJob job;
@@ -76,17 +76,22 @@ TEST_P(WrittenImage, GivesBackItsBytes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Formats, WrittenImage,
-    testing::Values(
-        Case{ImageFormat::png, ".png", PixelType::uint8, 1}, Case{ImageFormat::png, ".png", PixelType::uint8, 2},
-        Case{ImageFormat::png, ".png", PixelType::uint8, 3}, Case{ImageFormat::png, ".png", PixelType::uint8, 4},
-        Case{ImageFormat::png, ".png", PixelType::uint16, 1}, Case{ImageFormat::png, ".png", PixelType::uint16, 4},
-        Case{ImageFormat::tiff, ".tif", PixelType::uint8, 1}, Case{ImageFormat::tiff, ".tif", PixelType::uint8, 4},
-        Case{ImageFormat::tiff, ".tif", PixelType::uint16, 3}, Case{ImageFormat::tiff, ".tif", PixelType::float32, 4},
-        Case{ImageFormat::tiff, ".tif", PixelType::float32, 7}, Case{ImageFormat::exr, ".exr", PixelType::float32, 1},
-        Case{ImageFormat::exr, ".exr", PixelType::float32, 2}, Case{ImageFormat::exr, ".exr", PixelType::float32, 4},
-        Case{ImageFormat::exr, ".exr", PixelType::float32, 8}));
+INSTANTIATE_TEST_SUITE_P(Formats, WrittenImage,
+                         testing::Values(ImageCase{ImageFormat::png, ".png", PixelType::uint8, 1},
+                                         ImageCase{ImageFormat::png, ".png", PixelType::uint8, 2},
+                                         ImageCase{ImageFormat::png, ".png", PixelType::uint8, 3},
+                                         ImageCase{ImageFormat::png, ".png", PixelType::uint8, 4},
+                                         ImageCase{ImageFormat::png, ".png", PixelType::uint16, 1},
+                                         ImageCase{ImageFormat::png, ".png", PixelType::uint16, 4},
+                                         ImageCase{ImageFormat::tiff, ".tif", PixelType::uint8, 1},
+                                         ImageCase{ImageFormat::tiff, ".tif", PixelType::uint8, 4},
+                                         ImageCase{ImageFormat::tiff, ".tif", PixelType::uint16, 3},
+                                         ImageCase{ImageFormat::tiff, ".tif", PixelType::float32, 4},
+                                         ImageCase{ImageFormat::tiff, ".tif", PixelType::float32, 7},
+                                         ImageCase{ImageFormat::exr, ".exr", PixelType::float32, 1},
+                                         ImageCase{ImageFormat::exr, ".exr", PixelType::float32, 2},
+                                         ImageCase{ImageFormat::exr, ".exr", PixelType::float32, 4},
+                                         ImageCase{ImageFormat::exr, ".exr", PixelType::float32, 8}));
 
 TEST(WriteImage, MakesPartsThatAreReadOneByOne) {
   const TemporaryFolder folder;

@@ -37,6 +37,8 @@ std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer
 int background_rank(const OptimizerSpec& optimizer, double fraction);
 // Iterations that one visit of a slice makes.
 std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_background);
+// The schedule in sweeps of `per_sweep` iterations each (the last may be shorter).
+StopSpec in_sweeps(StopSpec stop, std::int64_t per_sweep);
 
 // How often R is evaluated in a round of that many iterations: 50 times, or as often as costs a tenth of it, at
 // least once. From counts of taps, so that the history is the same everywhere. `judged` is the footprint that

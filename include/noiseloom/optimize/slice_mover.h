@@ -23,7 +23,8 @@ struct Visit {
 };
 
 struct VisitResult {
-  std::vector<Swap> swaps;
+  std::vector<Swap> swaps;  // in order
+  std::int64_t num_swaps = 0;
   std::int64_t candidates = 0;
   double energy = 0;  // anneal: sum of dE of the swaps
 };
@@ -81,6 +82,7 @@ class AnnealMover {
   std::unique_ptr<SwapDelta> delta_;
   std::vector<std::uint32_t> id_at_;    // position of the sample of a cell among those of the window
   std::vector<std::uint32_t> cell_of_;  // and the other way round
+  std::size_t num_swaps_ = 0;           // of the visit before: about as many as of the next
 };
 
 // The paper's step [FAST24, section 4.1]: every cell is paired with another by a random involution, all pairs are
