@@ -168,7 +168,7 @@ TEST(VoidAndClusterRanks, AllThrowWhereOneCannotGoOn) {
 
 TEST(VoidAndClusterRanks, CountWhatTravels) {
   const Communicator world = Communicator::world();
-  const VacSpec spec = make_spec({64, 64, 8}, {{0, 1}, {2}});
+  const VacSpec spec = make_spec({64, 64, 32}, {{0, 1}, {2}});
   ThreadPool pool(1);
   VoidAndCluster run(spec, world, pool);
   run.start();
