@@ -18,14 +18,6 @@ namespace {
 // Share of candidates that are swapped, averaged over a cooling run; what the exchange is estimated from.
 constexpr double typical_acceptance = 0.15;
 
-std::string bytes_text(double bytes) {
-  for (const char* unit : {"B", "KiB", "MiB", "GiB"}) {
-    if (bytes < 1024) return fmt::format("{:.4g} {}", bytes, unit);
-    bytes /= 1024;
-  }
-  return fmt::format("{:.4g} TiB", bytes);
-}
-
 // Seconds for one candidate on this machine, one thread, with its share of taking the tile up: measured on the first
 // tile of slice 0 against copies of that slice.
 double seconds_per_candidate(const RunConfig& config, const SampleSource& source, const Footprint& footprint) {

@@ -1,0 +1,134 @@
+// Void and cluster: the order in which the pixels of a mask are turned on.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+
+#include "noiseloom/io/order_checkpoint.h"
+#include "noiseloom_job.h"
+
+namespace noiseloom {
+namespace {
+
+// Picks of the first step, and what later ones are fitted to: safe points that no signal waits long for.
+constexpr std::int64_t first_picks = 256;
+constexpr double step_s = 0.2;
+
+class OrderJob : public Job {
+ public:
+  explicit OrderJob(const RunConfig& config) : config_(config), spec_(vac_spec(config)) { check_vac_spec(spec_); }
+
+  void prepare(const Communicator& communicator, ThreadPool& pool) override {
+    communicator_ = &communicator;
+    communicator.together([&] { run_.emplace(spec_, communicator, pool); });
+  }
+  void start(double run_s) override {
+    run_->start();
+    history_.push_back({.seconds = run_s});
+  }
+  void restore(const RunFileReader* saved) override {
+    history_ = restore_order_run(saved, config_, *run_, *communicator_);
+  }
+  void step(double run_s) override;
+  bool finished() const override { return run_->done(); }
+  std::string save(const SaveTarget& target) override {
+    return save_order_run(posix_file_ops(), target.path, config_, *run_, history_, *communicator_, target.inputs,
+                          target.provenance);
+  }
+
+  std::string title() const override {
+    return fmt::format("{} by void and cluster", config_.problem.extents.to_string());
+  }
+  bool is_coupled() const override { return true; }  // every pick may fall into any slice
+  std::string position() const override;
+  std::size_t num_rows() const override { return history_.size(); }
+  ProgressFigures figures(double run_s, double part_s) override;
+  std::vector<std::pair<std::string, std::string>> summary(double run_s) override;
+
+ private:
+  static std::int64_t picks_of(const VacProgress& progress) { return progress.num_swaps + progress.num_ranked; }
+  double fraction() const;
+
+  const RunConfig& config_;
+  VacSpec spec_;
+  const Communicator* communicator_ = nullptr;
+  std::optional<VoidAndCluster> run_;
+  std::vector<OrderRow> history_;
+  std::int64_t next_picks_ = first_picks;
+  std::int64_t picks_done_ = 0;  // in this part
+  double rate_ = 0;              // picks a second in the last step
+  Pace pace_;
+};
+
+// Only rank 0's clock decides how many picks the next step makes.
+void OrderJob::step(double run_s) {
+  const VacProgress before = run_->progress();
+  const auto begun = std::chrono::steady_clock::now();
+  run_->advance(next_picks_);
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  const VacProgress& after = run_->progress();
+  add_order_rows(before, after, spec_.extents.num_cells(), run_s + took_s, history_);
+  const std::int64_t picks = picks_of(after) - picks_of(before);
+  picks_done_ += picks;
+  rate_ = took_s > 0 ? static_cast<double>(picks) / took_s : rate_;
+  // Picks of another phase may be slower by some times.
+  const double most = static_cast<double>(next_picks_) * (after.phase == before.phase ? 4 : 0.5);
+  next_picks_ = static_cast<std::int64_t>(communicator_->broadcast(std::clamp(rate_ * step_s, 1.0, std::max(1.0, most))));
+}
+
+// A swap is counted as one pick, and as many swaps are expected as there are points.
+double OrderJob::fraction() const {
+  const VacProgress& progress = run_->progress();
+  const std::int64_t swaps = progress.phase == VacPhase::swap
+                                 ? std::max(progress.num_swaps, progress.num_start_points)
+                                 : progress.num_swaps;
+  return static_cast<double>(picks_of(progress)) / static_cast<double>(swaps + spec_.extents.num_cells());
+}
+
+std::string OrderJob::position() const {
+  const VacProgress& progress = run_->progress();
+  return fmt::format("phase {}, {} swaps, {} of {} pixels ranked", vac_phase_name(progress.phase), progress.num_swaps,
+                     progress.num_ranked, spec_.extents.num_cells());
+}
+
+ProgressFigures OrderJob::figures(double run_s, double part_s) {
+  const VacProgress& progress = run_->progress();
+  ProgressFigures f;
+  f.fraction = fraction();
+  f.left_s = pace_.left_s(f.fraction, part_s);
+  f.json = fmt::format(
+      "\"phase\": \"{}\", \"swaps\": {}, \"ranked\": {}, \"of\": {}, \"fraction\": {:.4f}, \"picks_per_second\": "
+      "{:.6g}, \"seconds\": {:.3f}",
+      vac_phase_name(progress.phase), progress.num_swaps, progress.num_ranked, spec_.extents.num_cells(), f.fraction,
+      rate_, run_s);
+  f.bar = fmt::format("{:<5}  {}", vac_phase_name(progress.phase), rate_text(rate_, "picks"));
+  f.plain = fmt::format("{}  {:.1f} %  {} swaps, {} of {} pixels ranked  {}  {}", vac_phase_name(progress.phase),
+                        100 * f.fraction, progress.num_swaps, progress.num_ranked, spec_.extents.num_cells(),
+                        rate_text(rate_, "picks"), duration_text(run_s));
+  return f;
+}
+
+std::vector<std::pair<std::string, std::string>> OrderJob::summary(double run_s) {
+  std::int64_t bytes = run_->bytes_sent();
+  communicator_->sum(std::span(&bytes, 1));
+  const VacProgress& progress = run_->progress();
+  std::vector<std::pair<std::string, std::string>> lines = {
+      {"order", fmt::format("{} pixels, {} points at first and {} swaps of them", progress.num_ranked,
+                            progress.num_start_points, progress.num_swaps)},
+      {"effort", fmt::format("{} picks in this part, {}", picks_done_, duration_text(run_s))}};
+  if (communicator_->size() > 1 && picks_done_ > 0) {
+    const auto picks = static_cast<double>(picks_done_);
+    lines.emplace_back("exchange", fmt::format("{:.3g} collectives a pick, {:.3g} B a pick between ranks",
+                                               static_cast<double>(run_->collectives()) / picks,
+                                               static_cast<double>(bytes) / picks));
+  }
+  return lines;
+}
+
+}  // namespace
+
+std::unique_ptr<Job> make_order_job(const RunConfig& config) { return std::make_unique<OrderJob>(config); }
+
+}  // namespace noiseloom
