@@ -75,15 +75,15 @@ void OrderJob::step(double run_s) {
   rate_ = took_s > 0 ? static_cast<double>(picks) / took_s : rate_;
   // Picks of another phase may be slower by some times.
   const double most = static_cast<double>(next_picks_) * (after.phase == before.phase ? 4 : 0.5);
-  next_picks_ = static_cast<std::int64_t>(communicator_->broadcast(std::clamp(rate_ * step_s, 1.0, std::max(1.0, most))));
+  next_picks_ =
+      static_cast<std::int64_t>(communicator_->broadcast(std::clamp(rate_ * step_s, 1.0, std::max(1.0, most))));
 }
 
 // A swap is counted as one pick, and as many swaps are expected as there are points.
 double OrderJob::fraction() const {
   const VacProgress& progress = run_->progress();
-  const std::int64_t swaps = progress.phase == VacPhase::swap
-                                 ? std::max(progress.num_swaps, progress.num_start_points)
-                                 : progress.num_swaps;
+  const std::int64_t swaps =
+      progress.phase == VacPhase::swap ? std::max(progress.num_swaps, progress.num_start_points) : progress.num_swaps;
   return static_cast<double>(picks_of(progress)) / static_cast<double>(swaps + spec_.extents.num_cells());
 }
 
@@ -120,9 +120,9 @@ std::vector<std::pair<std::string, std::string>> OrderJob::summary(double run_s)
       {"effort", fmt::format("{} picks in this part, {}", picks_done_, duration_text(run_s))}};
   if (communicator_->size() > 1 && picks_done_ > 0) {
     const auto picks = static_cast<double>(picks_done_);
-    lines.emplace_back("exchange", fmt::format("{:.3g} collectives a pick, {:.3g} B a pick between ranks",
-                                               static_cast<double>(run_->collectives()) / picks,
-                                               static_cast<double>(bytes) / picks));
+    lines.emplace_back(
+        "exchange", fmt::format("{:.3g} collectives a pick, {:.3g} B a pick between ranks",
+                                static_cast<double>(run_->collectives()) / picks, static_cast<double>(bytes) / picks));
   }
   return lines;
 }

@@ -34,7 +34,8 @@ void ConfigReader::look_up_method(const Value& root) {
 void ConfigReader::check_void_and_cluster(const Value& root) {
   const std::string with = "with method = \"void-and-cluster\" ";
   const Value* samples = find_below(find_below(&root, "texture"), "samples");
-  if (samples != nullptr && (samples->table() != nullptr || is_other_word(samples, row("texture.samples"), "uniform"))) {
+  if (samples != nullptr &&
+      (samples->table() != nullptr || is_other_word(samples, row("texture.samples"), "uniform"))) {
     fault(*samples, "texture.samples", with + "they must be \"uniform\": the order of the pixels makes the values");
   }
   const Value* filter = find_below(&root, "filter");

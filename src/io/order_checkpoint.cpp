@@ -126,8 +126,7 @@ const char* vac_phase_name(VacPhase phase) { return phase_names[static_cast<std:
 void add_order_rows(const VacProgress& before, const VacProgress& after, std::int64_t num_pixels, double seconds,
                     std::vector<OrderRow>& history) {
   const auto add = [&](VacPhase phase, std::int64_t swaps, std::int64_t ranked) {
-    history.push_back(
-        {static_cast<double>(phase), static_cast<double>(swaps), static_cast<double>(ranked), seconds});
+    history.push_back({static_cast<double>(phase), static_cast<double>(swaps), static_cast<double>(ranked), seconds});
   };
   const auto ended = [&](VacPhase phase) { return before.phase <= phase && after.phase > phase; };
   const std::int64_t points = after.num_start_points;
@@ -199,8 +198,8 @@ std::vector<OrderRow> restore_order_run(const RunFileReader* file, const RunConf
     }
     const auto points = static_cast<std::int64_t>(config.optimizer.density * static_cast<double>(extents.num_cells()));
     if (state.start_points != points) {
-      throw UserError("", fmt::format("/state has {} start points, but the config asks for {}", state.start_points,
-                                      points));
+      throw UserError(
+          "", fmt::format("/state has {} start points, but the config asks for {}", state.start_points, points));
     }
   });
   broadcast_state(state, visit_state, communicator);

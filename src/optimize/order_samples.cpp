@@ -46,8 +46,7 @@ float sample_of_rank(std::uint64_t rank, std::uint64_t num_ranks, int bits) {
     const std::uint64_t level = (rank << bits) / num_ranks;
     return std::ldexp(static_cast<float>(2 * level + 1), -bits - 1);
   }
-  const auto sample =
-      static_cast<float>((static_cast<double>(rank) + 0.5) / static_cast<double>(num_ranks));
+  const auto sample = static_cast<float>((static_cast<double>(rank) + 0.5) / static_cast<double>(num_ranks));
   const std::uint64_t exact_level = ((2 * rank + 1) << 15) / num_ranks;
   const bool rounded_past = static_cast<std::uint64_t>(sample * 65536.0F) > exact_level;
   return rounded_past ? std::nextafter(sample, 0.0F) : sample;

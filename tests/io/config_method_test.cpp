@@ -26,8 +26,8 @@ struct MaskText {
   std::string energy;                                                             // after it
 
   std::string text() const {
-    return "[texture]\n" + size + '\n' + samples + "\n[filter]\n" + combine + "\ngroups = [\n" + first + ",\n" + second +
-           ",\n]\n[optimizer]\nmethod = \"void-and-cluster\"\n" + optimizer + '\n' + energy + '\n';
+    return "[texture]\n" + size + '\n' + samples + "\n[filter]\n" + combine + "\ngroups = [\n" + first + ",\n" +
+           second + ",\n]\n[optimizer]\nmethod = \"void-and-cluster\"\n" + optimizer + '\n' + energy + '\n';
   }
 };
 
@@ -178,8 +178,8 @@ TEST(VoidAndClusterConfig, FaultsComeTogether) {
   text.optimizer = "cutoff = 0.1\ndensity = 7";
   EXPECT_THAT(faults_of(text.text()),
               ElementsAre(StartsWith("run.toml:3: texture.samples"), StartsWith("run.toml:5: filter.combine"),
-                          StartsWith("run.toml:8: filter.groups[1].kernel"), StartsWith("run.toml:12: optimizer.cutoff"),
-                          StartsWith("run.toml:13: optimizer.density")));
+                          StartsWith("run.toml:8: filter.groups[1].kernel"),
+                          StartsWith("run.toml:12: optimizer.cutoff"), StartsWith("run.toml:13: optimizer.density")));
 }
 
 TEST(VoidAndClusterConfig, AnUnknownWordIsReportedOnce) {
@@ -195,9 +195,10 @@ TEST(VoidAndClusterConfig, SettingsOfItBelongToNoOtherMethod) {
   for (const std::string line : {"density = 0.1", "bounded = \"t\"", "bits = 8", "equalize = \"slice\""}) {
     ConfigText config;
     config.optimizer = line;
-    EXPECT_THAT(faults_of(config.text()),
-                ElementsAre(AllOf(StartsWith("run.toml:14: optimizer." + line),
-                                  HasSubstr("applies only with method = \"void-and-cluster\"; here it is \"anneal\""))));
+    EXPECT_THAT(
+        faults_of(config.text()),
+        ElementsAre(AllOf(StartsWith("run.toml:14: optimizer." + line),
+                          HasSubstr("applies only with method = \"void-and-cluster\"; here it is \"anneal\""))));
   }
   EXPECT_THAT(to_toml(parsed(ConfigText{}.text())), Not(HasSubstr("density")));
 }

@@ -30,8 +30,8 @@ RunConfig config_of(const std::vector<std::string>& overrides = {}) {
 }
 
 // A run that notes its history as generate does.
-struct Run {
-  explicit Run(const RunConfig& config_in, const Communicator& communicator_in)
+struct MaskRun {
+  explicit MaskRun(const RunConfig& config_in, const Communicator& communicator_in)
       : config(config_in), communicator(communicator_in), pool(1), vac(vac_spec(config), communicator, pool) {}
 
   void start() {
@@ -103,7 +103,7 @@ TEST(OrderCheckpoint, GoesOnFromEveryPhaseOnOtherRankCounts) {
   std::vector<OrderRow> expected_history;
   if (world.is_root()) {
     const Communicator alone = Communicator::self();
-    Run straight(config, alone);
+    MaskRun straight(config, alone);
     straight.start();
     straight.advance(1'000'000);
     expected = straight.save(folder / "straight.h5");
@@ -112,20 +112,20 @@ TEST(OrderCheckpoint, GoesOnFromEveryPhaseOnOtherRankCounts) {
   std::set<std::string> phases;
   for (const std::int64_t moment : moments) {
     {
-      Run first(config, world);
+      MaskRun first(config, world);
       first.start();
       if (moment > 0) first.advance(moment);
       phases.insert(vac_phase_name(first.vac.progress().phase));
       first.save(folder / "run.h5");
     }
     // On all ranks, then the rest on rank 0 alone.
-    Run second(config, world);
+    MaskRun second(config, world);
     second.restore(folder / "run.h5");
     second.advance(37);
     second.save(folder / "run.h5");
     if (!world.is_root()) continue;
     const Communicator alone = Communicator::self();
-    Run third(config, alone);
+    MaskRun third(config, alone);
     third.restore(folder / "run.h5");
     third.advance(1'000'000);
     EXPECT_EQ(third.save(folder / "run.h5"), expected) << moment;
@@ -145,7 +145,7 @@ TEST(OrderCheckpoint, FileHoldsOrderMarksAndSamples) {
   for (const char* bits : {"0", "4"}) {
     for (const std::int64_t moment : moments) {
       const RunConfig config = config_of({std::string("optimizer.bits=") + bits});
-      Run run(config, world);
+      MaskRun run(config, world);
       run.start();
       if (moment > 0) run.advance(moment);
       const std::string checksum = run.save(folder / "run.h5");
@@ -203,7 +203,7 @@ TEST(OrderCheckpoint, RefusesAnOrderThatContradictsItsCounts) {
     SCOPED_TRACE(change.what);
     if (world.is_root()) {
       const Communicator alone = Communicator::self();
-      Run run(config, alone);
+      MaskRun run(config, alone);
       run.start();
       run.advance(1'000'000);
       run.save(folder / "good.h5");
@@ -222,7 +222,7 @@ TEST(OrderCheckpoint, RefusesAnOrderThatContradictsItsCounts) {
       writer.publish();
     }
     world.barrier();
-    Run run(config, world);
+    MaskRun run(config, world);
     try {
       run.restore(folder / "bad.h5");
       ADD_FAILURE() << "was accepted";
@@ -237,7 +237,7 @@ TEST(OrderRows, DoNotDependOnTheSteps) {
   const Communicator alone = Communicator::self();
   std::vector<std::array<double, 3>> expected;
   for (const std::int64_t step : {1'000'000, 1, 7, 200}) {
-    Run run(config_of(), alone);
+    MaskRun run(config_of(), alone);
     run.start();
     while (!run.vac.done()) run.advance(step);
     std::vector<std::array<double, 3>> rows;

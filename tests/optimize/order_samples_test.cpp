@@ -60,7 +60,9 @@ TEST(OrderSamples, AreTheMiddlesOfTheRanks) {
 
 TEST(OrderSamples, AreNeverOneAndKeepTheirLevel) {
   const std::uint64_t most = std::uint64_t{1} << 48;
-  for (const std::uint64_t n : {(1ULL << 24) - 1, 1ULL << 24, (1ULL << 24) + 1, 100'000'007ULL, 1ULL << 32, most - 1, most}) {
+  const std::vector<std::uint64_t> sizes = {(1ULL << 24) - 1, 1ULL << 24, (1ULL << 24) + 1, 100'000'007, 1ULL << 32,
+                                            most - 1,         most};
+  for (const std::uint64_t n : sizes) {
     std::vector<std::uint64_t> ranks = {0, n - 1, n / 2, n / 2 - 1};
     for (std::uint64_t level = 1; level < 65536; level += 13) {
       // The last rank of each level, which float32 would round into the next one, and the first.
@@ -106,8 +108,7 @@ TEST(OrderSamples, EqualizeVolumesOrSlices) {
       std::int64_t worst_slice = 0;
       for (const auto& ranks : slices) {
         std::map<int, std::int64_t> slice;
-        const auto samples =
-            samples_of_order(bytes_of(ranks), false, num_slices * cells, settings(bits, equalize));
+        const auto samples = samples_of_order(bytes_of(ranks), false, num_slices * cells, settings(bits, equalize));
         ASSERT_EQ(samples.size(), cells);
         for (std::size_t i = 0; i < cells; ++i) {
           const int level = static_cast<int>(samples[i] * static_cast<float>(1 << counted_bits));

@@ -53,9 +53,9 @@ std::string save_order_run(FileOps& ops, const std::string& path, const RunConfi
                            const std::vector<OrderRow>& history, const Communicator& communicator,
                            const std::string& inputs, const std::map<std::string, Attribute>& provenance);
 
-// Brings `run` to the state of a run file, which rank 0 has opened (nullptr elsewhere), and returns its history on every
-// rank. Throws UserError on every rank if /order does not hold the pixels that /state counts, or the config asks for
-// another number of points. *Collective*
+// Brings `run` to the state of a run file, which rank 0 has opened (nullptr elsewhere), and returns its history on
+// every rank. Throws UserError on every rank if /order does not hold the pixels that /state counts, or the config asks
+// for another number of points. *Collective*
 std::vector<OrderRow> restore_order_run(const RunFileReader* file, const RunConfig& config, VoidAndCluster& run,
                                         const Communicator& communicator);
 
