@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <limits>
 
 #include "noiseloom/io/order_checkpoint.h"
@@ -56,11 +56,11 @@ Measured measure(const VacSpec& spec) {
   const VacSpec small = reduced(spec);
   const Communicator alone = Communicator::self();
   ThreadPool pool(1);
-  const auto begun = std::chrono::steady_clock::now();
+  const std::clock_t begun = std::clock();
   VoidAndCluster run(small, alone, pool);
   run.start();
   run.advance(std::numeric_limits<std::int64_t>::max());
-  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  const double took_s = static_cast<double>(std::clock() - begun) / CLOCKS_PER_SEC;
   const VacProgress& progress = run.progress();
   const double taps = num_taps(spec, spec.extents) / num_taps(spec, small.extents);
   const auto points = static_cast<double>(progress.num_start_points);
@@ -96,7 +96,8 @@ void print_effects(const RunConfig& config, const VacSpec& spec) {
   }
 }
 
-// Energies and ranks of the own slices with a bound for every 64 pixels, and what the start pattern takes on every rank.
+// Energies and ranks of the own slices with a bound for every 64 pixels, and what the start pattern takes on every
+// rank.
 double bytes_of_rank(const VacSpec& spec, std::int64_t own_slices, bool wide) {
   const auto own = static_cast<double>(own_slices) * static_cast<double>(spec.extents.cells_per_slice());
   const auto pixels = static_cast<double>(spec.extents.num_cells());
@@ -134,8 +135,9 @@ void print_order_plan(const RunConfig& config, int ranks, int threads) {
   const double swaps = points * measured.swaps_per_point;
   fmt::print("phases     swap: about {:.0f} swaps of {:.0f} points; drain: {:.0f} ranks; fill: {:.0f} ranks\n", swaps,
              points, points, pixels - points);
-  fmt::print("speed      {:.3g} us a pick, measured here with one thread on {}{}\n", measured.seconds_per_pick * 1e6,
-             measured.size, measured.size == extents.to_string() ? "" : "; slower where the texture leaves the caches");
+  fmt::print("speed      {:.3g} us a pick, processor time of one thread here, measured on {}{}\n",
+             measured.seconds_per_pick * 1e6, measured.size,
+             measured.size == extents.to_string() ? "" : "; slower where the texture leaves the caches");
   fmt::print("time       about {} on one rank of one thread\n",
              duration_text((swaps + pixels) * measured.seconds_per_pick));
 }
