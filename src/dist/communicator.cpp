@@ -168,6 +168,14 @@ std::vector<double> Communicator::gather_all(const Partition& partition, std::sp
   return all;
 }
 
+std::vector<std::uint64_t> Communicator::gather_all(std::span<const std::uint64_t> own) const {
+  std::vector<std::uint64_t> all(own.size() * static_cast<std::size_t>(size()));
+  const int count = narrow<int>(own.size());
+  check_mpi(MPI_Allgather(own.data(), count, MPI_UINT64_T, all.data(), count, MPI_UINT64_T, impl_->comm),
+            "MPI_Allgather");
+  return all;
+}
+
 std::vector<std::byte> Communicator::gather_all(std::span<const std::byte> own) const {
   if (size() == 1) return {own.begin(), own.end()};
   const int count = narrow<int>(own.size());

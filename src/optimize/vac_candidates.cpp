@@ -3,38 +3,109 @@
 #include <algorithm>
 
 namespace noiseloom {
+namespace {
 
-std::uint64_t vac_propose_limit(std::span<const std::uint32_t> bounds, double fraction) {
-  constexpr std::size_t num_samples = 1024;
-  std::vector<std::uint32_t> sample;
-  for (std::size_t stride = std::max<std::size_t>(1, bounds.size() / num_samples); sample.empty(); stride = 1) {
-    for (std::size_t i = 0; i < bounds.size(); i += stride) {
-      if (bounds[i] < vac_flag) sample.push_back(bounds[i]);
+constexpr std::uint64_t none = ~std::uint64_t{0};
+
+// Up to `max_samples` bounds of leaves that have a pixel left: every `stride`-th leaf, or the first where that meets
+// none.
+void sample_bounds(VacFields& fields, std::size_t stride, std::size_t max_samples, std::vector<std::uint64_t>& sample) {
+  for (; sample.empty(); stride = 1) {
+    for (std::size_t part = 0; part < fields.num_parts(); ++part) {
+      const auto bounds = fields.part(part).bounds();
+      for (std::size_t i = 0; i < bounds.size() && sample.size() < max_samples; i += stride) {
+        if (bounds[i] < vac_flag) sample.push_back(bounds[i]);
+      }
     }
-    if (stride == 1) break;
+    if (stride == 1) return;
+  }
+}
+
+}  // namespace
+
+VacSearch::VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash& hash, std::size_t max_found)
+    : fields_(fields), exchange_(exchange), hash_(hash), max_found_(max_found), parts_(fields.num_parts()) {}
+
+// 0 when no leaf of any rank has a pixel left.
+std::uint64_t VacSearch::propose(double fraction) {
+  constexpr std::size_t num_samples = 1024;
+  const VacLayout& layout = fields_.part(0).layout();
+  const auto num_leaves = static_cast<std::size_t>(layout.leaves * layout.num_slices);
+  const auto max_samples = 2 * num_samples / static_cast<std::size_t>(exchange_.num_ranks()) + 8;
+  std::vector<std::uint64_t> sample;
+  sample_bounds(fields_, std::max<std::size_t>(1, num_leaves / num_samples), max_samples, sample);
+  if (!exchange_.alone()) {
+    sample.resize(max_samples, none);
+    sample = exchange_.gather(sample);
+    std::erase(sample, none);
   }
   if (sample.empty()) return 0;
   const auto rank = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(sample.size() - 1));
   std::nth_element(sample.begin(), sample.begin() + rank, sample.end());
-  return (std::uint64_t{sample[static_cast<std::size_t>(rank)]} << 32) | 0xFFFFFFFFU;
+  return (sample[static_cast<std::size_t>(rank)] << 32) | 0xFFFFFFFFU;
 }
 
-std::uint64_t vac_find_candidates(VacField& field, VacView view, const VacTieHash& hash, double fraction,
-                                  std::size_t max_found, std::vector<VacCandidate>& found) {
-  found.clear();
-  std::uint64_t limit = vac_propose_limit(field.bounds(), fraction);
-  while (limit != 0) {
-    if (field.scan(view, hash, limit, max_found, found)) {
-      if (!found.empty()) return limit;
-      limit = vac_propose_limit(field.bounds(), fraction);  // every leaf that was opened now has a higher bound
-      continue;
-    }
-    for (const VacCandidate& c : found) field.lower_bound_to(c.position, c.energy);
-    const auto middle = found.begin() + static_cast<std::ptrdiff_t>(max_found / 4);
-    std::nth_element(found.begin(), middle, found.end(),
+// After a scan that found too many: a limit that the parts of this rank would have kept to, and bounds as before the
+// scan.
+std::uint64_t VacSearch::lower_limit() {
+  std::uint64_t limit = none;
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    for (const VacCandidate& c : parts_[i].found) fields_.part(i).lower_bound_to(c.position, c.energy);
+    if (parts_[i].fits) continue;
+    auto& found = parts_[i].found;
+    const auto quarter = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 4);
+    std::nth_element(found.begin(), quarter, found.end(),
                      [](const VacCandidate& a, const VacCandidate& b) { return a.key() < b.key(); });
-    limit = middle->key();
+    limit = std::min(limit, quarter->key());
   }
+  return limit;
+}
+
+std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCandidate>& found) {
+  found.clear();
+  std::uint64_t limit = propose(fraction);
+  while (limit != 0) {
+    fields_.for_each([&](VacField& field, std::size_t i) {
+      const std::size_t most = max_found_ > 0 ? max_found_ : std::max<std::size_t>(4096, field.bounds().size());
+      parts_[i].fits = field.scan(view, hash_, limit, most, parts_[i].found);
+    });
+    std::uint64_t total = 0;
+    bool fits = true;
+    for (const Part& part : parts_) {
+      total += part.found.size();
+      fits = fits && part.fits;
+    }
+    const std::uint64_t own[] = {total, fits ? 0U : 1U};
+    const auto all = exchange_.gather(own);
+    total = 0;
+    fits = true;
+    for (std::size_t i = 0; i < all.size(); i += 2) {
+      total += all[i];
+      fits = fits && all[i + 1] == 0;
+    }
+    if (!fits) {
+      const std::uint64_t lower = lower_limit();
+      const auto limits = exchange_.gather(std::span(&lower, 1));
+      limit = *std::min_element(limits.begin(), limits.end());
+    } else if (total > 0) {
+      break;
+    } else {
+      limit = propose(fraction);  // every leaf that was opened now has a higher bound
+    }
+  }
+  if (limit == 0) return 0;
+  if (exchange_.alone() && parts_.size() == 1) {
+    found.swap(parts_[0].found);
+    return limit;
+  }
+  if (exchange_.alone()) {
+    for (const Part& part : parts_) found.insert(found.end(), part.found.begin(), part.found.end());
+    return limit;
+  }
+  const VacPacker packer(limit);
+  std::vector<std::byte> bytes;
+  for (const Part& part : parts_) packer.pack(part.found, bytes);
+  packer.unpack(exchange_.gather(bytes), view, hash_, found);
   return limit;
 }
 

@@ -1,17 +1,36 @@
-// The next candidates of a field: all pixels with a key up to some limit, a few thousandths of the field at a time.
+// The next candidates of a texture: all pixels with a key up to some limit, a few thousandths of the pixels at a time.
+// Every rank looks through its own slices; what it finds travels to all.
 #pragma once
 
-#include "optimize/vac_field.h"
+#include "optimize/vac_exchange.h"
+#include "optimize/vac_fields.h"
 
 namespace noiseloom {
 
-// A limit that a share of about `fraction` of the leaves may reach, going by their bounds; 0 when no leaf has a pixel
-// left.
-std::uint64_t vac_propose_limit(std::span<const std::uint32_t> bounds, double fraction);
+class VacSearch {
+ public:
+  // Fields and exchange must outlive the search. At most `max_found` >= 1 candidates of a part of a rank at a time;
+  // 0: chosen by the number of pixels.
+  VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash& hash, std::size_t max_found = 0);
 
-// Replaces `found` by all pixels with a key up to the limit that is returned, ascending in position; at least one
-// unless none is left, at most `max_found` >= 1. Bounds must be right for `view`.
-std::uint64_t vac_find_candidates(VacField& field, VacView view, const VacTieHash& hash, double fraction,
-                                  std::size_t max_found, std::vector<VacCandidate>& found);
+  // Replaces `found` by all pixels of the texture with a key up to the limit that is returned, ascending in position;
+  // at least one unless none is left. The limit is such that a share of about `fraction` of the leaves may reach it,
+  // going by their bounds. Bounds must be right for `view`. The same on every rank. *Collective*
+  std::uint64_t find(VacView view, double fraction, std::vector<VacCandidate>& found);
+
+ private:
+  struct Part {
+    std::vector<VacCandidate> found;
+    bool fits = true;
+  };
+  std::uint64_t propose(double fraction);
+  std::uint64_t lower_limit();
+
+  VacFields& fields_;
+  VacExchange& exchange_;
+  VacTieHash hash_;
+  std::size_t max_found_;
+  std::vector<Part> parts_;
+};
 
 }  // namespace noiseloom

@@ -119,9 +119,11 @@ class Points {
   void prefetch_row(std::int64_t c) const {
     const auto a = static_cast<std::size_t>(group_.others[0]);
     const std::int64_t slice = own_slice_ - at0_ * slice_step_ + (c - at_[a]) * layout_.slice_step[a];
-    if (!whole_) return;
-    const std::uint32_t* words = cell_ + slice * layout_.slice_words;
-    for (std::int64_t left = size0_; left > 0; --left, words += word_step_) __builtin_prefetch(words, 1);
+    std::int64_t begin = 0;
+    std::int64_t end = size0_;
+    if (!whole_ && !clip(slice, begin, end)) return;
+    const std::uint32_t* words = cell_ + (slice - layout_.slice_begin) * layout_.slice_words + begin * word_step_;
+    for (std::int64_t left = end - begin; left > 0; --left, words += word_step_) __builtin_prefetch(words, 1);
   }
 
   // Calls visit(word, weight) for the taps of one row.
@@ -150,14 +152,24 @@ class Points {
   template <class Visit>
   void part(std::uint32_t* words, std::int64_t slice, std::int64_t begin, std::int64_t end,
             const std::uint32_t* weights, const Visit& visit) const {
-    if (!whole_) {
-      for (std::int64_t c = begin; c < end; ++c) {
-        if (layout_.has_slice(slice + c * slice_step_)) visit(words[c * word_step_], weights[c - begin]);
-      }
-      return;
-    }
+    const std::int64_t first = begin;
+    if (!whole_ && !clip(slice, begin, end)) return;
+    weights += begin - first;
     words += begin * word_step_;
     for (std::int64_t left = end - begin; left > 0; --left, words += word_step_) visit(*words, *weights++);
+  }
+
+  // Cuts coordinates [begin, end) of axis0 down to those whose slices are present; false when none are. `slice`: that
+  // of coordinate 0.
+  bool clip(std::int64_t slice, std::int64_t& begin, std::int64_t& end) const {
+    const std::int64_t before = layout_.slice_begin - slice;  // present: before <= c * slice_step < behind
+    const std::int64_t behind = layout_.slice_end - slice;
+    if (begin * slice_step_ >= before && (end - 1) * slice_step_ < behind) return begin < end;
+    if (slice_step_ == 0) return false;
+    if (before > 0) begin = std::max(begin, (before - 1) / slice_step_ + 1);
+    if (behind <= 0) return false;
+    end = std::min(end, (behind - 1) / slice_step_ + 1);
+    return begin < end;
   }
 
   const VacLayout& layout_;
@@ -238,12 +250,16 @@ void add_points(const VacLayout& layout, const VacGroupKernel& group, std::uint3
 
 template <bool On>
 void VacField::turn(std::span<const std::uint64_t> positions) {
-  for (const std::uint64_t position : positions) {
-    if (has(position)) data_[index(position)] ^= vac_flag;
-  }
+  const auto cells = static_cast<std::uint64_t>(layout_.cells);
+  const auto first =
+      std::lower_bound(positions.begin(), positions.end(), cells * static_cast<std::uint64_t>(layout_.slice_begin));
+  const auto last = std::lower_bound(first, positions.end(), cells * static_cast<std::uint64_t>(layout_.slice_end));
+  const std::span<const std::uint64_t> own(first, last);
+  for (const std::uint64_t position : own) data_[index(position)] ^= vac_flag;
   for (const VacGroupKernel& group : kernel_.groups()) {
     if (contains_x(group)) {
-      vac_simd::add_rows(layout_, group, data_.get(), On, positions);
+      const bool in_slice = group.others.empty() || group.others.back() == 1;
+      vac_simd::add_rows(layout_, group, data_.get(), On, in_slice ? own : positions);
       continue;
     }
     by_cell_.assign(positions.begin(), positions.end());
@@ -283,14 +299,14 @@ static void append_positions(const VacLayout& layout, std::span<const std::size_
 
 void VacField::turn_on_watching(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits) {
   watched_.clear();
-  data_[index(position)] ^= vac_flag;
+  if (has(position)) data_[index(position)] ^= vac_flag;
   turn_watching<true>(layout_, kernel_, data_.get(), position, limit, watched_);
   append_positions(layout_, watched_, hits);
 }
 
 void VacField::turn_off_watching(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits) {
   watched_.clear();
-  data_[index(position)] ^= vac_flag;
+  if (has(position)) data_[index(position)] ^= vac_flag;
   turn_watching<false>(layout_, kernel_, data_.get(), position, limit, watched_);
   append_positions(layout_, watched_, hits);
 }

@@ -76,8 +76,8 @@ class VacField {
   void turn_on(std::span<const std::uint64_t> positions);
   void turn_off(std::span<const std::uint64_t> positions);
 
-  // Turns one pixel on (off) at once, and appends to `hits` the pixels that are on (off) whose word thereby rose to at
-  // least (fell to at most) `limit`. Requires a field of all slices.
+  // Turns one pixel of any slice on (off) at once, and appends to `hits` the pixels of this field that are on (off) and
+  // whose word thereby rose to at least (fell to at most) `limit`.
   void turn_on_watching(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits);
   void turn_off_watching(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits);
 

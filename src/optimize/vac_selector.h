@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "optimize/vac_field.h"
+#include "optimize/vac_bins.h"
 
 namespace noiseloom {
 
@@ -30,41 +30,7 @@ class VacSelector {
   std::uint32_t energy(std::size_t i) const { return energy_[i]; }
 
  private:
-  using Coord = std::array<std::int32_t, Extents::max_axes>;
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-
-  // Candidates in bins that are at least as wide as a group reaches, so that a footprint meets few of them.
-  class Bins {
-   public:
-    Bins(const VacLayout& layout, const VacGroupKernel& group);
-    void enter(const std::vector<Coord>& at);
-    void leave(const std::vector<Coord>& at);
-    // Adds the group's weights around candidate i.
-    void raise(const std::vector<Coord>& at, std::size_t i, std::vector<std::uint32_t>& energy) const;
-
-   private:
-    struct Axis {
-      std::size_t index;
-      std::int32_t size;
-      bool toroidal;
-      std::int32_t lo;
-      std::int32_t hi;
-      int shift;  // log2 of the width of a bin
-      std::int32_t num_bins;
-      std::int64_t bin_stride;
-      std::int64_t weight_stride;
-    };
-    static constexpr std::size_t max_bins_met = 5;
-    std::int64_t bin(const Coord& at) const;
-    std::size_t bins_met(const Axis& axis, std::int32_t c, std::array<std::int64_t, max_bins_met>& bins) const;
-    std::uint32_t weight(const Coord& from, const Coord& to) const;
-
-    std::vector<Axis> axes_;                                          // of the group
-    std::vector<std::pair<std::size_t, std::int64_t>> fixed_stride_;  // the other axes
-    std::vector<std::uint32_t> weights_;                              // dense
-    std::vector<std::uint32_t> head_;
-    std::vector<std::uint32_t> next_;
-  };
 
   struct Entry {
     std::uint64_t key;
@@ -77,8 +43,8 @@ class VacSelector {
   void open_next_bucket();
 
   VacLayout layout_;
-  std::vector<Bins> bins_;  // one per group
-  std::vector<Coord> at_;
+  std::vector<VacBins> bins_;  // one per group
+  std::vector<VacBins::Coord> at_;
   std::vector<std::uint32_t> energy_;
   std::vector<std::uint8_t> picked_;
 

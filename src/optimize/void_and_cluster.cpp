@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "noiseloom/core/random.h"
 #include "optimize/vac_candidates.h"
-#include "optimize/vac_order.h"
 #include "optimize/vac_selector.h"
+#include "optimize/vac_start.h"
 #include "optimize/vac_swapper.h"
 
 namespace noiseloom {
@@ -50,120 +51,145 @@ VacTieHash::VacTieHash(std::uint64_t seed) {
   key1_ = block[1];
 }
 
-std::vector<std::uint64_t> vac_start_pattern(const VacSpec& spec) {
-  const auto num_cells = static_cast<std::uint64_t>(spec.extents.num_cells());
-  const auto num_points = static_cast<std::size_t>(spec.density * static_cast<double>(num_cells));
-  std::vector<bool> on(num_cells);
-  std::vector<std::uint64_t> points;
-  points.reserve(num_points);
-  for (std::uint64_t draw = 0; points.size() < num_points; ++draw) {
-    const RandomBlock block = random_block(spec.seed, Purpose::start_pattern, 0, 0, draw);
-    const std::uint64_t bits = (std::uint64_t{block[0]} << 32) | block[1];
-    const auto position = static_cast<std::uint64_t>((static_cast<unsigned __int128>(bits) * num_cells) >> 64);
-    if (on[position]) continue;  // drawn before: a pixel is turned on once
-    on[position] = true;
-    points.push_back(position);
-  }
-  std::sort(points.begin(), points.end());
-  return points;
-}
-
 struct VoidAndCluster::Impl {
-  Impl(const VacSpec& spec_in, const Communicator& communicator_in)
-      : communicator(communicator_in),
-        spec(spec_in),
+  Impl(const VacSpec& spec_in, const Communicator& communicator, ThreadPool& pool)
+      : spec(spec_in),
         partition(spec.extents.num_slices(), communicator.size()),
+        begin(partition.begin(communicator.rank())),
+        end(partition.end(communicator.rank())),
         kernel(spec),
         hash(spec.seed),
-        field(spec, kernel, 0, spec.extents.num_slices()),
-        selector(spec, kernel),
-        swapper(field, hash),
-        order(spec.extents, 0, spec.extents.num_slices()) {}
+        exchange(communicator),
+        fields(spec, kernel, begin, end, pool),
+        search(fields, exchange, hash),
+        order(spec.extents, begin, end) {}
 
-  // Ascending.
-  template <class IsOn>
-  std::vector<std::uint64_t> positions_where(const IsOn& is_on) const {
-    std::vector<std::uint64_t> positions;
-    for (std::uint64_t p = order.begin(); p < order.end(); ++p) {
-      if (is_on(p)) positions.push_back(p);
-    }
-    return positions;
+  void start() {
+    order = VacOrder(spec.extents, begin, end);
+    vac_turn_on_start(spec, exchange, order);
+    progress = {.num_start_points = vac_num_start_points(spec)};
+    enter_phase();
   }
 
-  // Brings the field to what the state says.
+  // Brings the fields to what progress and order say.
   void enter_phase() {
-    field.clear();
-    if (state.phase == VacPhase::fill) {
-      field.turn_on(positions_where([&](std::uint64_t p) { return order.has_rank(p); }));
-      field.refresh_bounds(VacView::voids);
-      return;
+    swapper.reset();
+    selector.reset();
+    if (progress.phase == VacPhase::done) return;
+    fields.clear();
+    if (progress.phase == VacPhase::fill) {
+      turn_on_where([&](std::uint64_t p) { return order.has_rank(p); });
+    } else {
+      turn_on_where([&](std::uint64_t p) { return order.is_on(p); });
     }
-    if (state.phase == VacPhase::done) return;
-    field.turn_on(positions_where([&](std::uint64_t p) { return order.is_on(p); }));
-    field.refresh_bounds(VacView::clusters);
+    if (progress.phase == VacPhase::swap) {
+      swapper.emplace(spec, kernel, fields, exchange, hash);
+    } else {
+      enter_picking();
+    }
   }
 
-  void swap() {
-    const auto swap = swapper.next();
-    if (!swap) {
-      state.phase = VacPhase::drain;
-      field.refresh_bounds(VacView::clusters);
-      return;
+  void enter_picking() {
+    swapper.reset();
+    selector.emplace(spec, kernel);
+    fields.refresh_bounds(progress.phase == VacPhase::fill ? VacView::voids : VacView::clusters);
+  }
+
+  // The pixels that are on travel as one bit for each pixel, and only so many at once that their positions take little
+  // memory.
+  template <class IsOn>
+  void turn_on_where(const IsOn& is_on) {
+    constexpr std::uint64_t chunk = std::uint64_t{1} << 20;
+    const auto cells = static_cast<std::uint64_t>(spec.extents.cells_per_slice());
+    const auto num_cells = static_cast<std::uint64_t>(spec.extents.num_cells());
+    std::vector<std::uint64_t> positions;
+    std::vector<std::byte> bits;
+    for (std::uint64_t from = 0; from < num_cells; from += chunk) {
+      const std::uint64_t to = std::min(from + chunk, num_cells);
+      const auto first = std::clamp(order.begin(), from, to);
+      const auto last = std::clamp(order.end(), from, to);
+      bits.assign((last - first + 7) / 8, std::byte{0});
+      for (std::uint64_t p = first; p < last; ++p) {
+        if (is_on(p)) bits[(p - first) / 8] |= std::byte{1} << ((p - first) % 8);
+      }
+      const std::vector<std::byte> all = exchange.gather(std::span<const std::byte>(bits));
+      positions.clear();
+      std::size_t block = 0;
+      for (int rank = 0; rank < partition.num_ranks(); ++rank) {
+        const auto rank_first = std::clamp(cells * static_cast<std::uint64_t>(partition.begin(rank)), from, to);
+        const auto rank_last = std::clamp(cells * static_cast<std::uint64_t>(partition.end(rank)), from, to);
+        for (std::uint64_t p = rank_first; p < rank_last; ++p) {
+          const std::uint64_t bit = p - rank_first;
+          if ((all[block + bit / 8] >> (bit % 8) & std::byte{1}) != std::byte{0}) positions.push_back(p);
+        }
+        block += (rank_last - rank_first + 7) / 8;
+      }
+      fields.turn_on(positions);
     }
-    order.set_off(swap->from);
-    order.set_on(swap->to);
-    ++state.num_swaps;
+  }
+
+  // Up to `max_swaps` swaps; returns how many. Ends the phase when there is no more.
+  std::int64_t swap(std::int64_t max_swaps) {
+    swaps.clear();
+    const bool more = swapper->advance(max_swaps, batch_limit, swaps);
+    for (const VacSwapper::Swap& swap : swaps) {
+      if (order.has(swap.from)) order.set_off(swap.from);
+      if (order.has(swap.to)) order.set_on(swap.to);
+    }
+    progress.num_swaps += static_cast<std::int64_t>(swaps.size());
+    if (!more) {
+      progress.phase = VacPhase::drain;
+      enter_picking();
+    }
+    return static_cast<std::int64_t>(swaps.size());
   }
 
   // Up to `max_picks` picks of drain or fill; returns how many.
   std::int64_t pick(std::int64_t max_picks) {
-    const bool filling = state.phase == VacPhase::fill;
+    const bool filling = progress.phase == VacPhase::fill;
     const VacView view = filling ? VacView::voids : VacView::clusters;
-    const std::uint64_t limit = vac_find_candidates(field, view, hash, open_fraction(), max_candidates(), candidates);
-    selector.select(view, candidates, limit, static_cast<std::size_t>(max_picks), picks);
+    const std::uint64_t limit = search.find(view, open_fraction(), candidates);
+    selector->select(view, candidates, limit, static_cast<std::size_t>(std::min(max_picks, batch_limit)), picks);
     for (const std::uint32_t i : picks) {
-      const auto rank = filling ? state.num_ranked : state.num_start_points - 1 - state.num_ranked;
-      order.set_rank(candidates[i].position, static_cast<std::uint64_t>(rank));
-      ++state.num_ranked;
+      const auto rank = filling ? progress.num_ranked : progress.num_start_points - 1 - progress.num_ranked;
+      if (order.has(candidates[i].position)) order.set_rank(candidates[i].position, static_cast<std::uint64_t>(rank));
+      ++progress.num_ranked;
     }
     picked.clear();
     for (std::size_t i = 0; i < candidates.size(); ++i) {
-      if (selector.picked(i)) {
+      if (selector->picked(i)) {
         picked.push_back(candidates[i].position);
       } else {
-        field.lower_bound_to(candidates[i].position, selector.energy(i));
+        fields.lower_bound_to(candidates[i].position, selector->energy(i));
       }
     }
     if (filling) {
-      field.turn_on(picked);
+      fields.turn_on(picked);
     } else {
-      field.turn_off(picked);
+      fields.turn_off(picked);
     }
     return static_cast<std::int64_t>(picks.size());
   }
 
   void advance(std::int64_t max_picks) {
-    while (max_picks > 0 && state.phase != VacPhase::done) {
-      if (state.phase == VacPhase::swap) {
-        if (state.num_start_points > 0) {
-          swap();
-          --max_picks;
+    while (max_picks > 0 && progress.phase != VacPhase::done) {
+      if (progress.phase == VacPhase::swap) {
+        if (progress.num_start_points > 0) {
+          max_picks -= swap(max_picks);
         } else {
-          state.phase = VacPhase::drain;
+          progress.phase = VacPhase::drain;
         }
-      } else if (state.phase == VacPhase::drain && state.num_ranked == state.num_start_points) {
-        state.phase = VacPhase::fill;
+      } else if (progress.phase == VacPhase::drain && progress.num_ranked == progress.num_start_points) {
+        progress.phase = VacPhase::fill;
         enter_phase();
-      } else if (state.num_ranked == spec.extents.num_cells()) {
-        state.phase = VacPhase::done;
+      } else if (progress.num_ranked == spec.extents.num_cells()) {
+        progress.phase = VacPhase::done;
       } else {
         max_picks -= pick(max_picks);
       }
     }
-    if (state.num_ranked == spec.extents.num_cells()) state.phase = VacPhase::done;
+    if (progress.num_ranked == spec.extents.num_cells()) progress.phase = VacPhase::done;
   }
-
-  std::size_t max_candidates() const { return std::max<std::size_t>(4096, field.bounds().size()); }
 
   // The share of the leaves that a batch may open: more picks a batch, but more candidates that are raised and not
   // picked. Planes along slice axes want large batches, whose picks share the lines that they write to.
@@ -173,16 +199,21 @@ struct VoidAndCluster::Impl {
     return has_far_plane ? 0.4 : 0.1;
   }
 
-  const Communicator& communicator;
   VacSpec spec;
   Partition partition;
+  SliceIndex begin;
+  SliceIndex end;
   VacKernel kernel;
   VacTieHash hash;
-  VacField field;
-  VacSelector selector;
-  VacSwapper swapper;
-  VacProgress state;
+  VacExchange exchange;
+  VacFields fields;
+  VacSearch search;
   VacOrder order;
+  VacProgress progress;
+  std::int64_t batch_limit = std::numeric_limits<std::int64_t>::max();
+  std::optional<VacSwapper> swapper;    // swap
+  std::optional<VacSelector> selector;  // drain, fill
+  std::vector<VacSwapper::Swap> swaps;
   std::vector<VacCandidate> candidates;
   std::vector<std::uint32_t> picks;
   std::vector<std::uint64_t> picked;
@@ -197,41 +228,26 @@ const VacSpec& checked(const VacSpec& spec) {
 
 }  // namespace
 
-VoidAndCluster::VoidAndCluster(const VacSpec& spec, const Communicator& communicator, ThreadPool&)
-    : impl_(std::make_unique<Impl>(checked(spec), communicator)) {}
+VoidAndCluster::VoidAndCluster(const VacSpec& spec, const Communicator& communicator, ThreadPool& pool)
+    : impl_(std::make_unique<Impl>(checked(spec), communicator, pool)) {}
 VoidAndCluster::~VoidAndCluster() = default;
 
-void VoidAndCluster::start() {
-  const auto points = vac_start_pattern(impl_->spec);
-  impl_->state = {.num_start_points = static_cast<std::int64_t>(points.size())};
-  for (std::uint64_t p = impl_->order.begin(); p < impl_->order.end(); ++p) impl_->order.set_off(p);
-  for (const std::uint64_t position : points) impl_->order.set_on(position);
-  impl_->enter_phase();
-}
+void VoidAndCluster::start() { impl_->start(); }
 
 void VoidAndCluster::restore(const VacProgress& progress,
                              const std::function<std::vector<std::byte>(SliceIndex)>& order) {
-  const int rank = impl_->communicator.rank();
-  std::vector<std::byte> own;
-  for (SliceIndex slice = impl_->partition.begin(rank); slice < impl_->partition.end(rank); ++slice) {
-    const auto bytes = order(slice);
-    own.insert(own.end(), bytes.begin(), bytes.end());
-  }
-  const auto all = impl_->communicator.gather_all(own);
-  const std::size_t slice_bytes = all.size() / static_cast<std::size_t>(impl_->partition.num_slices());
-  for (SliceIndex slice = 0; slice < impl_->partition.num_slices(); ++slice) {
-    impl_->order.set_bytes(slice, std::span(all).subspan(static_cast<std::size_t>(slice) * slice_bytes, slice_bytes));
-  }
-  impl_->state = progress;
+  for (SliceIndex slice = impl_->begin; slice < impl_->end; ++slice) impl_->order.set_bytes(slice, order(slice));
+  impl_->progress = progress;
   impl_->enter_phase();
 }
 
+void VoidAndCluster::limit_batches(std::int64_t max_picks) { impl_->batch_limit = max_picks; }
 void VoidAndCluster::advance(std::int64_t max_picks) { impl_->advance(max_picks); }
-const VacProgress& VoidAndCluster::progress() const { return impl_->state; }
+const VacProgress& VoidAndCluster::progress() const { return impl_->progress; }
 const Partition& VoidAndCluster::partition() const { return impl_->partition; }
 bool VoidAndCluster::wide() const { return impl_->order.wide(); }
 std::vector<std::byte> VoidAndCluster::order(SliceIndex slice) const { return impl_->order.bytes(slice); }
-std::int64_t VoidAndCluster::collectives() const { return 0; }
-std::int64_t VoidAndCluster::bytes_sent() const { return 0; }
+std::int64_t VoidAndCluster::collectives() const { return impl_->exchange.collectives(); }
+std::int64_t VoidAndCluster::bytes_sent() const { return impl_->exchange.bytes(); }
 
 }  // namespace noiseloom

@@ -1,9 +1,10 @@
-// Times void and cluster on one thread (processor time), start-up included.
-//   void_and_cluster_bench SIZES GROUPS [SEED]     e.g. 64x64x16x16 xy+zw       axes: x y z w v u s t in that order
-// With a fourth argument, writes the ranks there as raw little-endian uint32.
+// Times void and cluster, start-up included: processor seconds of rank 0 phase by phase, and elapsed seconds.
+//   [mpirun -n RANKS] void_and_cluster_bench SIZES GROUPS [SEED [THREADS]]
+// e.g. 64x64x16x16 xy+zw; axes: x y z w v u s t in that order. The fingerprint tells whether two runs gave the same
+// order.
+#include <chrono>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
 #include <sstream>
 #include <string>
 
@@ -27,36 +28,48 @@ VacSpec parse(const std::string& sizes, const std::string& groups) {
   return spec;
 }
 
+// The same for any number of ranks. *Collective*
+std::uint32_t fingerprint(const VoidAndCluster& run, const Communicator& world) {
+  std::int64_t sum = 0;
+  const Partition& partition = run.partition();
+  for (SliceIndex slice = partition.begin(world.rank()); slice < partition.end(world.rank()); ++slice) {
+    std::uint64_t hash = static_cast<std::uint64_t>(slice) + 0xCBF29CE484222325U;
+    for (const std::byte byte : run.order(slice)) hash = (hash ^ static_cast<std::uint64_t>(byte)) * 0x100000001B3U;
+    sum += static_cast<std::int64_t>(hash >> 32);
+  }
+  world.sum(std::span(&sum, 1));
+  return static_cast<std::uint32_t>(sum);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  const MpiSession session(argc, argv);
   if (argc < 3) return 2;
+  const auto begin = std::chrono::steady_clock::now();
+  const MpiSession session(argc, argv);
   const auto seconds = [] { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; };
   VacSpec spec = parse(argv[1], argv[2]);
   if (argc > 3) spec.seed = std::stoull(argv[3]);
-  const Communicator alone = Communicator::self();
-  ThreadPool pool(1);
-  VoidAndCluster run(spec, alone, pool);
+  const Communicator world = Communicator::world();
+  ThreadPool pool(argc > 4 ? std::stoi(argv[4]) : 1);
+  VoidAndCluster run(spec, world, pool);
   run.start();
-  double last = 0;
+  double last = seconds();
   const char* names[] = {"swap", "drain", "fill"};
-  std::printf("%s %s: start %.3f s", argv[1], argv[2], last = seconds());
+  if (world.is_root()) std::printf("%s %s: start %.3f s", argv[1], argv[2], last);
   while (!run.done()) {
     const VacPhase phase = run.progress().phase;
     while (run.progress().phase == phase) run.advance(1024 + spec.extents.num_cells() / 64);
-    std::printf(", %s %.3f s", names[static_cast<int>(phase)], seconds() - last);
+    if (world.is_root()) std::printf(", %s %.3f s", names[static_cast<int>(phase)], seconds() - last);
     last = seconds();
   }
+  const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const std::uint32_t print = fingerprint(run, world);
+  if (!world.is_root()) return 0;
   const auto pixels = static_cast<double>(spec.extents.num_cells());
-  std::printf(", %.2f swaps a point, all %.3f s, %.3f us a pixel\n",
+  const auto picks = static_cast<double>(run.progress().num_swaps) + pixels;
+  std::printf(", all %.3f s, %.3f us a pixel; elapsed %.3f s\n", last, 1e6 * last / pixels, elapsed);
+  std::printf("%.2f swaps a point, %.5f collectives and %.2f bytes a pick and rank, fingerprint %08x\n",
               static_cast<double>(run.progress().num_swaps) / static_cast<double>(run.progress().num_start_points),
-              last, 1e6 * last / pixels);
-  if (argc > 4) {
-    std::ofstream out(argv[4], std::ios::binary);
-    for (SliceIndex slice = 0; slice < spec.extents.num_slices(); ++slice) {
-      const auto ranks = run.order(slice);
-      out.write(reinterpret_cast<const char*>(ranks.data()), static_cast<std::streamsize>(ranks.size()));
-    }
-  }
+              static_cast<double>(run.collectives()) / picks, static_cast<double>(run.bytes_sent()) / picks, print);
 }

@@ -60,7 +60,9 @@ class Communicator {
   // rank. *Collective*
   std::vector<double> gather_all(const Partition& partition, std::span<const double> own) const;
 
-  // The bytes of all ranks, one rank's after the other's, on every rank. *Collective* (two of MPI's)
+  // What all ranks give, one rank's after the other's, on every rank: the same number of words of each, or bytes (two
+  // of MPI's collectives, as their numbers travel first). *Collective*
+  std::vector<std::uint64_t> gather_all(std::span<const std::uint64_t> own) const;
   std::vector<std::byte> gather_all(std::span<const std::byte> own) const;
 
   // If any rank has an exception, all throw that of the lowest such rank: UserError as SharedUserError, anything else

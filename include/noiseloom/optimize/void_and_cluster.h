@@ -99,6 +99,8 @@ class VoidAndCluster {
   // calls changes the time alone: picks are taken in batches of a few thousandths of the pixels, which a smaller
   // `max_picks` cuts short. *Collective*
   void advance(std::int64_t max_picks);
+  // The most picks that are taken at once from here on, >= 1; changes the time alone. The same on every rank.
+  void limit_batches(std::int64_t max_picks);
   bool done() const { return progress().phase == VacPhase::done; }
   const VacProgress& progress() const;  // the same on every rank
   const Partition& partition() const;
