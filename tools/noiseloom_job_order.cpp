@@ -13,7 +13,7 @@ namespace noiseloom {
 namespace {
 
 // Picks of the first step, and what later ones are fitted to: safe points that no signal waits long for.
-constexpr std::int64_t first_picks = 128;
+constexpr std::int64_t first_picks = 64;
 constexpr double step_s = 0.2;
 
 class OrderJob : public Job {

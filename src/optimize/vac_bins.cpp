@@ -69,8 +69,7 @@ void VacBins::clear() {
 }
 
 // The bins along one axis that the footprint of coordinate c meets, each once, times their stride.
-std::size_t VacBins::bins_met(const Axis& axis, std::int32_t c,
-                                        std::array<std::int64_t, max_bins_met>& bins) const {
+std::size_t VacBins::bins_met(const Axis& axis, std::int32_t c, std::array<std::int64_t, max_bins_met>& bins) const {
   std::int32_t first = c - axis.lo;
   std::int32_t last = c + axis.hi;
   if (!axis.toroidal) {

@@ -25,9 +25,8 @@ VacField& VacFields::part_of(std::uint64_t position) {
 }
 
 void VacFields::for_each(const std::function<void(VacField&, std::size_t)>& body) {
-  pool_.for_each(static_cast<std::int64_t>(parts_.size()), [&](std::int64_t i, int) {
-    body(parts_[static_cast<std::size_t>(i)], static_cast<std::size_t>(i));
-  });
+  pool_.for_each(static_cast<std::int64_t>(parts_.size()),
+                 [&](std::int64_t i, int) { body(parts_[static_cast<std::size_t>(i)], static_cast<std::size_t>(i)); });
 }
 
 void VacFields::clear() {
