@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <optional>
 
 #include "noiseloom/io/order_checkpoint.h"
+#include "noiseloom/optimize/order_samples.h"
 #include "noiseloom_job.h"
 
 namespace noiseloom {
@@ -50,6 +52,7 @@ class OrderJob : public Job {
  private:
   static std::int64_t picks_of(const VacProgress& progress) { return progress.num_swaps + progress.num_ranked; }
   double fraction() const;
+  double rms_moved() const;
 
   const RunConfig& config_;
   VacSpec spec_;
@@ -112,14 +115,37 @@ ProgressFigures OrderJob::figures(double run_s, double part_s) {
   return f;
 }
 
+// How far equal counts in every slice move samples from their place in the volume's order. *Collective*
+double OrderJob::rms_moved() const {
+  const Partition& partition = run_->partition();
+  const int rank = communicator_->rank();
+  const std::int64_t num_pixels = spec_.extents.num_cells();
+  OptimizerSpec volume_spec;
+  OptimizerSpec slice_spec;
+  slice_spec.equalize = Equalize::slice;
+  double sum = 0;
+  for (SliceIndex slice = partition.begin(rank); slice < partition.end(rank); ++slice) {
+    const std::vector<std::byte> order = run_->order(slice);
+    const auto by_slice = samples_of_order(order, run_->wide(), num_pixels, slice_spec);
+    const auto by_volume = samples_of_order(order, run_->wide(), num_pixels, volume_spec);
+    for (std::size_t i = 0; i < by_slice.size(); ++i) sum += std::pow(double{by_slice[i]} - double{by_volume[i]}, 2);
+  }
+  std::int64_t fixed = std::llround(sum * 0x1p30);
+  communicator_->sum(std::span(&fixed, 1));
+  return std::sqrt(static_cast<double>(fixed) * 0x1p-30 / static_cast<double>(num_pixels));
+}
+
 std::vector<std::pair<std::string, std::string>> OrderJob::summary(double run_s) {
   std::int64_t bytes = run_->bytes_sent();
   communicator_->sum(std::span(&bytes, 1));
   const VacProgress& progress = run_->progress();
   std::vector<std::pair<std::string, std::string>> lines = {
-      {"order", fmt::format("{} pixels, {} points at first and {} swaps of them", progress.num_ranked,
-                            progress.num_start_points, progress.num_swaps)},
+      {"order", fmt::format("{} pixels; {} swaps of {} points before it", progress.num_ranked, progress.num_swaps,
+                            progress.num_start_points)},
       {"effort", fmt::format("{} picks in this part, {}", picks_done_, duration_text(run_s))}};
+  if (config_.optimizer.equalize == Equalize::slice) {
+    lines.emplace_back("equalize", fmt::format("samples moved by {:.2g} (rms) from the volume's order", rms_moved()));
+  }
   if (communicator_->size() > 1 && picks_done_ > 0) {
     const auto picks = static_cast<double>(picks_done_);
     lines.emplace_back(

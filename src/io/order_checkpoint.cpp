@@ -162,6 +162,15 @@ OrderState order_state(const RunFileContent& content) {
   return state;
 }
 
+void require_finished_order(const RunFileContent& content, const std::string& path) {
+  const auto finished = content.state.find("finished");
+  if (!content.state.contains("phase") || finished == content.state.end() || finished->second != Attribute("")) return;
+  const OrderState state = order_state(content);
+  throw UserError(path, fmt::format("not finished: {} of {} pixels have their place in the order; go on with generate "
+                                    "--resume",
+                                    state.ranked, content.extents.num_cells()));
+}
+
 std::string save_order_run(FileOps& ops, const std::string& path, const RunConfig& config, const VoidAndCluster& run,
                            const std::vector<OrderRow>& history, const Communicator& communicator,
                            const std::string& inputs, const std::map<std::string, Attribute>& provenance) {

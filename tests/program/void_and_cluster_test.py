@@ -85,7 +85,8 @@ class VoidAndCluster(ProgramTest):
         plan = self.run_program("plan", self.config, "--ranks", 3, "--set", "optimizer.bounded=t").stdout
         for words in ("effect     t: on, bounded", "effect     x: on, wraps around", "rank    2  2 slices", "memory", "time"):
             self.assertIn(words, plan)
-        done = self.generate("run.h5", ranks=2)
+        done = self.generate("run.h5", "--set", "optimizer.equalize=slice", ranks=2)
+        self.assertRegex(done.stdout, r"samples moved by 0\.0\d+ \(rms\)")
         for words in (f"{PIXELS} pixels", "swaps", "collectives a pick", "B a pick", "noiseloom export run.h5"):
             self.assertIn(words, done.stdout)
         lines = [json.loads(line) for line in self.generate("run.h5", "--overwrite", "--progress", "json").stderr.splitlines()]
@@ -106,6 +107,8 @@ class VoidAndCluster(ProgramTest):
                 break
             self.assertEqual(done.returncode, 75, done.stderr)
             self.assertEqual(numpy.count_nonzero(~numpy.isnan(samples)), state["ranked"])
+            for command in (("score", "parts.h5"), ("export", "parts.h5", "-o", "images"))[: 2 if part == 2 else 0]:
+                self.assertIn("not finished", self.run_program(*command, expect=2).stderr)
         self.assertEqual(phases, {"swap", "drain", "fill", "done"})
         self.assertEqual(self.info("parts.h5")["checksums"], expected)
 

@@ -48,6 +48,9 @@ bool is_order_run(const RunFileContent& content);
 // Its /state and /history. Throws UserError if they cannot be those of such a run.
 OrderState order_state(const RunFileContent& content);
 
+// Throws UserError for a run file of void and cluster that is not finished: it is no texture yet.
+void require_finished_order(const RunFileContent& content, const std::string& path);
+
 // Publishes the present state at `path`, like save_run. *Collective*
 std::string save_order_run(FileOps& ops, const std::string& path, const RunConfig& config, const VoidAndCluster& run,
                            const std::vector<OrderRow>& history, const Communicator& communicator,
