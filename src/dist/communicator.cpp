@@ -74,11 +74,12 @@ void check_mpi(int code, const char* what) {
 
 MpiSession::MpiSession(int& argc, char**& argv) {
   // Without a launcher Open MPI starts a daemon for spawning, which nothing here does: it takes half a second, and
-  // files and signals of its own. Looking for networks takes another quarter of one.
+  // files and signals of its own. Looking for networks and graphics cards takes another quarter of one.
   if (!has_launcher()) {
     setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
     setenv("OMPI_MCA_pml", "ob1", 0);
     setenv("OMPI_MCA_btl", "self", 0);
+    setenv("HWLOC_PLUGINS_PATH", "/dev/null", 0);
   }
   int provided = 0;
   check_mpi(MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided), "MPI_Init_thread");

@@ -220,7 +220,8 @@ std::span<const Setting> all() {
       {.key = "optimizer", .type = Type::table, .sentence = "How it is made, and for how long."},
       {.key = "optimizer.method",
        .type = Type::word,
-       .sentence = "The algorithm.",
+       .sentence = "The algorithm. void-and-cluster needs samples \"uniform\" and gauss-energy kernels, and combine "
+                   "\"sum\" where there are several groups.",
        .field = [](const Target& t) -> Field { return &t.config->optimizer.method; },
        .words = method_table},
       {.key = "optimizer.stop",
