@@ -7,13 +7,12 @@ namespace {
 
 constexpr std::uint64_t none = ~std::uint64_t{0};
 
-// Up to `max_samples` bounds of leaves that have a pixel left: every `stride`-th leaf, or the first where that meets
-// none.
-void sample_bounds(VacFields& fields, std::size_t stride, std::size_t max_samples, std::vector<std::uint64_t>& sample) {
+// Bounds of leaves of own slices that have a pixel left: every `stride`-th leaf, or all where that meets none.
+void sample_bounds(VacFields& fields, std::size_t stride, std::vector<std::uint32_t>& sample) {
   for (; sample.empty(); stride = 1) {
     for (std::size_t part = 0; part < fields.num_parts(); ++part) {
       const auto bounds = fields.part(part).bounds();
-      for (std::size_t i = 0; i < bounds.size() && sample.size() < max_samples; i += stride) {
+      for (std::size_t i = 0; i < bounds.size(); i += stride) {
         if (bounds[i] < vac_flag) sample.push_back(bounds[i]);
       }
     }
@@ -26,23 +25,25 @@ void sample_bounds(VacFields& fields, std::size_t stride, std::size_t max_sample
 VacSearch::VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash& hash, std::size_t max_found)
     : fields_(fields), exchange_(exchange), hash_(hash), max_found_(max_found), parts_(fields.num_parts()) {}
 
-// 0 when no leaf of any rank has a pixel left.
+// The median of what the ranks find right for their own slices: slices are alike, and any limit gives the same picks. 0
+// when no leaf of any rank has a pixel left.
 std::uint64_t VacSearch::propose(double fraction) {
   constexpr std::size_t num_samples = 1024;
-  const VacLayout& layout = fields_.part(0).layout();
-  const auto num_leaves = static_cast<std::size_t>(layout.leaves * layout.num_slices);
-  const auto max_samples = 2 * num_samples / static_cast<std::size_t>(exchange_.num_ranks()) + 8;
-  std::vector<std::uint64_t> sample;
-  sample_bounds(fields_, std::max<std::size_t>(1, num_leaves / num_samples), max_samples, sample);
-  if (!exchange_.alone()) {
-    sample.resize(max_samples, none);
-    sample = exchange_.gather(sample);
-    std::erase(sample, none);
+  const std::size_t own_leaves = fields_.num_leaves();
+  std::vector<std::uint32_t> sample;
+  sample_bounds(fields_, std::max<std::size_t>(1, own_leaves / num_samples), sample);
+  std::uint64_t own = none;
+  if (!sample.empty()) {
+    const auto rank = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(sample.size() - 1));
+    std::nth_element(sample.begin(), sample.begin() + rank, sample.end());
+    own = (std::uint64_t{sample[static_cast<std::size_t>(rank)]} << 32) | 0xFFFFFFFFU;
   }
-  if (sample.empty()) return 0;
-  const auto rank = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(sample.size() - 1));
-  std::nth_element(sample.begin(), sample.begin() + rank, sample.end());
-  return (sample[static_cast<std::size_t>(rank)] << 32) | 0xFFFFFFFFU;
+  auto all = exchange_.gather(std::span(&own, 1));
+  std::erase(all, none);
+  if (all.empty()) return 0;
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  return *middle;
 }
 
 // After a scan that found too many: a limit that the parts of this rank would have kept to, and bounds as before the

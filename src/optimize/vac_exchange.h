@@ -12,30 +12,45 @@
 
 namespace noiseloom {
 
+// The best pixel of a rank: smaller is better. By default: none.
+struct VacOffer {
+  std::uint64_t key = ~std::uint64_t{0};
+  std::uint64_t order = ~std::uint64_t{0};  // breaks ties
+};
+
 class VacExchange {
  public:
+  // With no other rank.
+  VacExchange() = default;
   // The communicator must outlive the exchange.
-  explicit VacExchange(const Communicator& communicator) : communicator_(communicator) {}
-  bool alone() const { return communicator_.size() == 1; }
-  int num_ranks() const { return communicator_.size(); }
+  explicit VacExchange(const Communicator& communicator) : communicator_(&communicator) {}
+  bool alone() const { return num_ranks() == 1; }
+  int num_ranks() const { return communicator_ == nullptr ? 1 : communicator_->size(); }
 
   // What all ranks give, in the order of the ranks; of words each gives the same number. *Collective*
   std::vector<std::uint64_t> gather(std::span<const std::uint64_t> own) {
     if (alone()) return {own.begin(), own.end()};
     count(1, own.size_bytes());
-    return communicator_.gather_all(own);
+    return communicator_->gather_all(own);
   }
   std::vector<std::byte> gather(std::span<const std::byte> own) {
     if (alone()) return {own.begin(), own.end()};
     count(2, own.size() + sizeof(int));
-    return communicator_.gather_all(own);
+    return communicator_->gather_all(own);
   }
   std::int64_t sum(std::int64_t own) {
     if (!alone()) {
       count(1, sizeof(own));
-      communicator_.sum(std::span(&own, 1));
+      communicator_->sum(std::span(&own, 1));
     }
     return own;
+  }
+
+  VacOffer least(const VacOffer& own) {
+    if (alone()) return own;
+    count(1, sizeof(own));
+    const auto [key, order] = communicator_->least({own.key, own.order});
+    return {key, order};
   }
 
   std::int64_t collectives() const { return collectives_; }
@@ -47,7 +62,7 @@ class VacExchange {
     bytes_ += static_cast<std::int64_t>(bytes);
   }
 
-  const Communicator& communicator_;
+  const Communicator* communicator_ = nullptr;
   std::int64_t collectives_ = 0;
   std::int64_t bytes_ = 0;  // that this rank gave to collectives
 };

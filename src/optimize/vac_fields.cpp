@@ -24,6 +24,12 @@ VacField& VacFields::part_of(std::uint64_t position) {
   return parts_[i];
 }
 
+std::size_t VacFields::num_leaves() const {
+  std::size_t sum = 0;
+  for (const VacField& part : parts_) sum += part.bounds().size();
+  return sum;
+}
+
 void VacFields::for_each(const std::function<void(VacField&, std::size_t)>& body) {
   pool_.for_each(static_cast<std::int64_t>(parts_.size()),
                  [&](std::int64_t i, int) { body(parts_[static_cast<std::size_t>(i)], static_cast<std::size_t>(i)); });

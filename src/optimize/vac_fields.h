@@ -18,6 +18,7 @@ class VacFields {
 
   std::size_t num_parts() const { return parts_.size(); }
   VacField& part(std::size_t i) { return parts_[i]; }
+  std::size_t num_leaves() const;
   // Own positions.
   std::uint64_t begin() const { return begin_; }
   std::uint64_t end() const { return end_; }

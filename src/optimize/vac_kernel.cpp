@@ -134,4 +134,6 @@ VacKernel::VacKernel(const VacSpec& spec) {
   }
 }
 
+int vac_scale_log2(const VacSpec& spec) { return VacKernel(spec).scale_log2(); }
+
 }  // namespace noiseloom

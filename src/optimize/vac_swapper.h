@@ -1,103 +1,52 @@
-// The swap phase: one cluster off, one void on, until both are the same pixel. Distributed, and still pick by pick.
+// The swap phase: one cluster off, one void on, until both are the same pixel.
 //
-// Energies go up and down here, so there are no lasting bounds. Instead every rank tracks the same pixels, wherever
-// they lie: at first all pixels that are on with a key up to one limit and all that are off with a key up to another,
-// with their energies, which follow from the picks alone. So every rank makes the same picks ahead, without a word.
-// Then it carries them out in its own slices and watches for intruders: pixels that nobody tracks and that come within
-// a limit. An intruder with a key below that of a later pick of its side would have been picked instead; the earliest
-// such pick of any rank is agreed on, it and all after it are taken back (integers: exactly), intruders are tracked
-// from then on, and picking goes on from there. The first pick of a batch cannot be wrong, so every batch gets
-// somewhere.
+// Energies go up and down here, so there are no lasting bounds. Instead the pixels on with the largest keys and those
+// off with the smallest are kept in two heaps, complete up to a limit each: the field reports every pixel whose word
+// crosses a limit. Entries are checked against the field when they come up. An empty heap is filled again by a scan.
+//
+// A rank does this for its own slices; the pick is the best of the ranks. Looking ahead does not pay: a pixel that is
+// turned off leaves a void about it that mostly is the next pick, so runs that are known beforehand are two swaps long.
 #pragma once
 
 #include <optional>
-#include <vector>
+#include <utility>
 
-#include "optimize/vac_bins.h"
 #include "optimize/vac_candidates.h"
 
 namespace noiseloom {
 
 class VacSwapper {
  public:
-  // Fields and exchange must outlive the swapper; the fields hold the pixels that are on.
-  VacSwapper(const VacSpec& spec, const VacKernel& kernel, VacFields& fields, VacExchange& exchange,
-             const VacTieHash& hash);
+  // Fields and exchange must outlive the swapper.
+  VacSwapper(VacFields& fields, VacExchange& exchange, const VacTieHash& hash);
 
   struct Swap {
     std::uint64_t from;
     std::uint64_t to;
   };
-  // Makes up to `max_swaps` swaps and appends them, the same on every rank; false when cluster and void are the same
-  // pixel. Requires that a pixel is on. `max_batch` >= 1: the most that are made ahead. *Collective*
-  bool advance(std::int64_t max_swaps, std::int64_t max_batch, std::vector<Swap>& swaps);
-
-  std::int64_t num_batches() const { return num_batches_; }
-  std::int64_t num_taken_back() const { return num_taken_back_; }
-  std::int64_t num_refills() const { return num_refills_; }
+  // Makes the next swap, the same on every rank; nothing when cluster and void are the same pixel. Requires that a
+  // pixel is on. *Collective*
+  std::optional<Swap> next();
 
  private:
-  struct Entry {
-    std::uint64_t key;
-    std::uint64_t order;  // position, complemented for clusters
-    std::uint32_t index;
-    friend bool operator<(const Entry& a, const Entry& b) {  // for a heap with the least at the front
-      return a.key != b.key ? a.key > b.key : a.order > b.order;
-    }
-  };
   struct Side {
     VacView view;
     std::uint64_t limit = 0;
-    std::vector<Entry> heap;
+    std::vector<VacCandidate> heap;
   };
-  struct Pick {
-    std::uint32_t index;
-    std::uint64_t key;
-  };
-  struct Part {  // of this rank's fields, while it carries out a batch
-    std::size_t valid;
-    std::size_t applied;
-    std::vector<std::uint64_t> intruders;
-    std::vector<std::uint64_t> hits;
-  };
-
-  Side& side_of(std::uint32_t word) { return (word & vac_flag) != 0 ? clusters_ : voids_; }
-  bool picks_void(std::size_t pick) const { return (pick % 2 != 0) != from_.has_value(); }
-  std::uint64_t key_of(const Side& side, std::uint64_t position, std::uint32_t word) const;
-
-  void track(std::uint64_t position, std::uint32_t word);
-  void push(std::uint32_t index);
-  void toggle(std::uint32_t index);
-  std::optional<Pick> take(Side& side);
-  void refill();
-  void pick_ahead(std::size_t max_picks);
-  void carry_out(VacField& field, Part& part);
-  void take_back(VacField& field, const Part& part, std::size_t valid) const;
-  std::size_t agree_on_valid();
-  void track_intruders();
+  std::uint64_t agree(Side& side);
+  VacOffer best(Side& side);
+  void fill(Side& side);
+  void offer(Side& side, std::uint64_t position);
 
   VacFields& fields_;
   VacExchange& exchange_;
   VacTieHash hash_;
-  VacSearch search_;
-  VacLayout layout_;
-
-  // Tracked pixels.
-  std::vector<VacBins> bins_;
-  std::vector<VacBins::Coord> at_;
-  std::vector<std::uint64_t> positions_;
-  std::vector<std::uint32_t> words_;  // as in the fields
-  std::vector<bool> is_tracked_;      // own pixels
+  VacExchange alone_;
+  VacSearch own_search_;
   Side clusters_{VacView::clusters, 0, {}};
   Side voids_{VacView::voids, 0, {}};
-
-  std::optional<std::uint64_t> from_;  // turned off, and its swap not complete
-  std::vector<Pick> picks_;            // of the batch: in turn a cluster and a void
-  std::vector<Part> parts_;
-  std::int64_t batch_ = 32;
-  std::int64_t num_batches_ = 0;
-  std::int64_t num_taken_back_ = 0;
-  std::int64_t num_refills_ = 0;
+  std::vector<std::uint64_t> hits_;
 };
 
 }  // namespace noiseloom

@@ -83,7 +83,7 @@ struct VoidAndCluster::Impl {
       turn_on_where([&](std::uint64_t p) { return order.is_on(p); });
     }
     if (progress.phase == VacPhase::swap) {
-      swapper.emplace(spec, kernel, fields, exchange, hash);
+      swapper.emplace(fields, exchange, hash);
     } else {
       enter_picking();
     }
@@ -128,20 +128,17 @@ struct VoidAndCluster::Impl {
     }
   }
 
-  // Up to `max_swaps` swaps; returns how many. Ends the phase when there is no more.
-  std::int64_t swap(std::int64_t max_swaps) {
-    swaps.clear();
-    const bool more = swapper->advance(max_swaps, batch_limit, swaps);
-    for (const VacSwapper::Swap& swap : swaps) {
-      if (order.has(swap.from)) order.set_off(swap.from);
-      if (order.has(swap.to)) order.set_on(swap.to);
-    }
-    progress.num_swaps += static_cast<std::int64_t>(swaps.size());
-    if (!more) {
+  // One swap, or the end of the phase.
+  void swap() {
+    const auto swap = swapper->next();
+    if (!swap) {
       progress.phase = VacPhase::drain;
       enter_picking();
+      return;
     }
-    return static_cast<std::int64_t>(swaps.size());
+    if (order.has(swap->from)) order.set_off(swap->from);
+    if (order.has(swap->to)) order.set_on(swap->to);
+    ++progress.num_swaps;
   }
 
   // Up to `max_picks` picks of drain or fill; returns how many.
@@ -175,7 +172,8 @@ struct VoidAndCluster::Impl {
     while (max_picks > 0 && progress.phase != VacPhase::done) {
       if (progress.phase == VacPhase::swap) {
         if (progress.num_start_points > 0) {
-          max_picks -= swap(max_picks);
+          swap();
+          --max_picks;
         } else {
           progress.phase = VacPhase::drain;
         }
@@ -213,7 +211,6 @@ struct VoidAndCluster::Impl {
   std::int64_t batch_limit = std::numeric_limits<std::int64_t>::max();
   std::optional<VacSwapper> swapper;    // swap
   std::optional<VacSelector> selector;  // drain, fill
-  std::vector<VacSwapper::Swap> swaps;
   std::vector<VacCandidate> candidates;
   std::vector<std::uint32_t> picks;
   std::vector<std::uint64_t> picked;

@@ -2,6 +2,7 @@
 // called by all ranks in the same order.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -54,8 +55,10 @@ class Communicator {
   void barrier() const;                              // *Collective*
   std::uint32_t any_bits(std::uint32_t bits) const;  // bitwise or over ranks. *Collective*
   void sum(std::span<std::int64_t> values) const;    // integers: exact in any order. *Collective*
-  void broadcast(std::string& bytes) const;          // from rank 0. *Collective*
-  double broadcast(double value) const;              // from rank 0. *Collective*
+  // The least of all ranks' pairs, compared by their first words, then by their second. *Collective*
+  std::array<std::uint64_t, 2> least(std::array<std::uint64_t, 2> pair) const;
+  void broadcast(std::string& bytes) const;  // from rank 0. *Collective*
+  double broadcast(double value) const;      // from rank 0. *Collective*
   // Values of all ranks, each giving those of its own block of `partition`, in the order of the partition, on every
   // rank. *Collective*
   std::vector<double> gather_all(const Partition& partition, std::span<const double> own) const;

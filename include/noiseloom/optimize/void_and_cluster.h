@@ -46,6 +46,9 @@ struct VacSpec {
 // Throws UserError listing everything that is wrong with `spec`.
 void check_vac_spec(const VacSpec& spec);
 
+// Energies are in units of 2^-this: the largest of at most 30 that leaves bit 31 free whichever pixels are on.
+int vac_scale_log2(const VacSpec& spec);
+
 // The keyed hash that breaks ties of energy. For positions below 2^32 it is a bijection, so no two are equal.
 class VacTieHash {
  public:
