@@ -82,14 +82,16 @@ void OrderJob::step(double run_s) {
       static_cast<std::int64_t>(communicator_->broadcast(std::clamp(rate_ * step_s, 1.0, std::max(1.0, most))));
 }
 
-// A swap counts as one pick. How many there will be is known only afterwards: 0.33 to 0.41 for every point in the
-// configs of this repository.
+// A swap takes as long as some five ranks. How many there will be is known only afterwards: 0.33 to 0.46 for every
+// point in the configs of this repository.
 double OrderJob::fraction() const {
+  constexpr double swap_cost = 5;
   const VacProgress& progress = run_->progress();
-  const std::int64_t swaps = progress.phase == VacPhase::swap
-                                 ? std::max(progress.num_swaps, progress.num_start_points * 2 / 5)
-                                 : progress.num_swaps;
-  return static_cast<double>(picks_of(progress)) / static_cast<double>(swaps + spec_.extents.num_cells());
+  const auto swaps = static_cast<double>(progress.num_swaps);
+  const auto points = static_cast<double>(progress.num_start_points);
+  const double all_swaps = progress.phase == VacPhase::swap ? std::max(swaps, 0.4 * points) : swaps;
+  return (swap_cost * swaps + static_cast<double>(progress.num_ranked)) /
+         (swap_cost * all_swaps + static_cast<double>(spec_.extents.num_cells()));
 }
 
 std::string OrderJob::position() const {
