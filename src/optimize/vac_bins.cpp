@@ -36,7 +36,7 @@ VacBins::VacBins(const VacLayout& layout, const VacGroupKernel& group) {
     fixed_stride_.push_back({static_cast<std::size_t>(index), num_bins});
     num_bins *= layout.size[static_cast<std::size_t>(index)];
   }
-  head_.assign(static_cast<std::size_t>(num_bins), none);
+  bins_.resize(static_cast<std::size_t>(num_bins));
   weights_.assign(static_cast<std::size_t>(num_weights), 0);
   for (const VacRow& row : group.rows) {
     std::int64_t at = axes_[0].lo - row.lo;
@@ -53,19 +53,29 @@ std::int64_t VacBins::bin(const Coord& at) const {
   return result;
 }
 
-void VacBins::add(const Coord& at) {
-  const std::int64_t where = bin(at);
-  std::int32_t& head = head_[static_cast<std::size_t>(where)];
-  if (head == none) used_.push_back(where);
-  nodes_.push_back(head);
-  head = static_cast<std::int32_t>(nodes_.size() / (axes_.size() + 1));
-  for (const Axis& axis : axes_) nodes_.push_back(at[axis.index]);
-}
-
-void VacBins::clear() {
-  for (const std::int64_t where : used_) head_[static_cast<std::size_t>(where)] = none;
+// In time proportional to the pixels: most bins are empty.
+void VacBins::assign(std::span<const Coord> at) {
+  for (const std::int64_t bin : used_) bins_[static_cast<std::size_t>(bin)] = {};
   used_.clear();
-  nodes_.clear();
+  bin_of_.resize(at.size());
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    bin_of_[i] = bin(at[i]);
+    if (bins_[static_cast<std::size_t>(bin_of_[i])].count++ == 0) used_.push_back(bin_of_[i]);
+  }
+  std::uint32_t begin = 0;
+  for (const std::int64_t used : used_) {
+    Bin& bin = bins_[static_cast<std::size_t>(used)];
+    bin.begin = begin;
+    begin += bin.count;
+    bin.count = 0;
+  }
+  nodes_.resize(at.size() * (axes_.size() + 1));
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    Bin& bin = bins_[static_cast<std::size_t>(bin_of_[i])];
+    std::int32_t* node = nodes_.data() + std::size_t{bin.begin + bin.count++} * (axes_.size() + 1);
+    *node++ = static_cast<std::int32_t>(i);
+    for (const Axis& axis : axes_) *node++ = at[i][axis.index];
+  }
 }
 
 // The bins along one axis that the footprint of coordinate c meets, each once, times their stride.

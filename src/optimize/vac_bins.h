@@ -3,7 +3,7 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -16,9 +16,8 @@ class VacBins {
   using Coord = std::array<std::int32_t, Extents::max_axes>;
   VacBins(const VacLayout& layout, const VacGroupKernel& group);
 
-  // Adds the next pixel; the first has the index 0.
-  void add(const Coord& at);
-  void clear();
+  // Replaces all pixels.
+  void assign(std::span<const Coord> at);
 
   // Calls visit(index, weight) for the pixels in the group's footprint around `from`, each once, in no order that
   // matters.
@@ -46,7 +45,10 @@ class VacBins {
     std::int64_t weight_stride;
   };
   static constexpr std::size_t max_bins_met = 5;
-  static constexpr std::int32_t none = -1;
+  struct Bin {
+    std::uint32_t begin = 0;  // in nodes_
+    std::uint32_t count = 0;
+  };
 
   std::int64_t bin(const Coord& at) const;
   std::size_t bins_met(const Axis& axis, std::int32_t c, std::array<std::int64_t, max_bins_met>& bins) const;
@@ -69,8 +71,9 @@ class VacBins {
       std::int64_t outer = base;
       for (std::size_t a = 1; a < num_axes; ++a) outer += bins[a][step[a]];
       for (std::size_t b = 0; b < count[0]; ++b) {
-        for (std::int32_t j = head_[static_cast<std::size_t>(outer + bins[0][b])]; j != none;) {
-          const std::int32_t* node = nodes_.data() + static_cast<std::size_t>(j) * (num_axes + 1);
+        const Bin& bin = bins_[static_cast<std::size_t>(outer + bins[0][b])];
+        const std::int32_t* node = nodes_.data() + std::size_t{bin.begin} * (num_axes + 1);
+        for (std::uint32_t left = bin.count; left > 0; --left, node += num_axes + 1) {
           std::int64_t index = 0;
           bool inside = true;
           for (std::size_t a = 0; a < num_axes; ++a) {
@@ -80,8 +83,7 @@ class VacBins {
             inside = inside && d >= -axis.lo && d <= axis.hi;
             index += (d + axis.lo) * axis.weight_stride;
           }
-          if (inside) visit(static_cast<std::uint32_t>(j), weights_[static_cast<std::size_t>(index)]);
-          j = node[0];
+          if (inside) visit(static_cast<std::uint32_t>(node[0]), weights_[static_cast<std::size_t>(index)]);
         }
       }
       std::size_t a = 1;
@@ -93,9 +95,10 @@ class VacBins {
   std::vector<Axis> axes_;                                          // of the group
   std::vector<std::pair<std::size_t, std::int64_t>> fixed_stride_;  // the other axes
   std::vector<std::uint32_t> weights_;                              // dense
-  std::vector<std::int32_t> head_;
-  std::vector<std::int64_t> used_;   // bins that are not empty
-  std::vector<std::int32_t> nodes_;  // of each pixel: the next one in its bin, then its coordinates in the group
+  std::vector<Bin> bins_;
+  std::vector<std::int64_t> used_;    // bins that are not empty
+  std::vector<std::int64_t> bin_of_;  // of each pixel
+  std::vector<std::int32_t> nodes_;   // bin by bin: the index of a pixel, then its coordinates in the group
 };
 
 }  // namespace noiseloom

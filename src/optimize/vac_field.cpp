@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <new>
+#include <utility>
 
 #include "optimize/vac_field_simd.h"
 
@@ -98,22 +99,32 @@ namespace {
 // The taps of a group without x, seen from one pixel.
 class Points {
  public:
-  Points(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, std::uint64_t position)
-      : layout_(layout),
-        group_(group),
-        at_(layout.coord(position)),
-        own_slice_(static_cast<std::int64_t>(position) / layout.cells) {
+  Points(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const VacPlace& place)
+      : layout_(layout), group_(group), own_slice_(place.slice) {
+    for (const int axis : group.others) at_[static_cast<std::size_t>(axis)] = coordinate(place, axis);
     const auto a0 = static_cast<std::size_t>(group.axis0);
-    at0_ = at_[a0];
+    at0_ = coordinate(place, group.axis0);
     size0_ = layout.size[a0];
     toroidal0_ = layout.toroidal[a0];
     slice_step_ = layout.slice_step[a0];  // of a step along axis0; along y it stays in its slice
     word_step_ = a0 == 1 ? layout.size[0] : slice_step_ * layout.slice_words;
-    cell_ = data + (a0 == 1 ? 0 : at_[1]) * layout.size[0] + at_[0];
+    cell_ = data + (a0 == 1 ? place.cell % layout.size[0] : place.cell);
     whole_ = layout.slice_begin == 0 && layout.slice_end == layout.num_slices;
   }
 
   std::int64_t at(std::size_t axis) const { return at_[axis]; }
+
+  // The coordinates [begin, end) of the group's second axis whose rows can meet slices that are present.
+  std::pair<std::int64_t, std::int64_t> rows_present() const {
+    const auto a = static_cast<std::size_t>(group_.others[0]);
+    if (whole_) return {0, layout_.size[a]};
+    const std::int64_t step = layout_.slice_step[a];
+    const std::int64_t first = own_slice_ - at0_ * slice_step_ - at_[a] * step;  // slice at the origin of both axes
+    const std::int64_t before = layout_.slice_begin - first - (size0_ - 1) * slice_step_;
+    const std::int64_t behind = layout_.slice_end - first;
+    return {before > 0 ? (before - 1) / step + 1 : 0,
+            behind > 0 ? std::min(layout_.size[a], (behind - 1) / step + 1) : 0};
+  }
 
   // Fetches the lines that rows at coordinate `c` of the group's second axis write to.
   void prefetch_row(std::int64_t c) const {
@@ -172,9 +183,16 @@ class Points {
     return begin < end;
   }
 
+  std::int64_t coordinate(const VacPlace& place, int axis) const {
+    const auto a = static_cast<std::size_t>(axis);
+    if (axis == 1) return place.cell / layout_.size[0];
+    const auto slice = static_cast<std::uint32_t>(place.slice);  // below 2^31; 32 bits divide faster
+    return slice / static_cast<std::uint32_t>(layout_.slice_step[a]) % static_cast<std::uint32_t>(layout_.size[a]);
+  }
+
   const VacLayout& layout_;
   const VacGroupKernel& group_;
-  VacLayout::Coord at_;
+  VacLayout::Coord at_{};
   std::int64_t own_slice_;
   std::int64_t at0_;
   std::int64_t size0_;
@@ -209,20 +227,19 @@ class RowsByDifference {
   std::vector<const VacRow*> rows_;
 };
 
-// Adds the taps of a group without x around all pixels. Pixels of one cache line reach the same lines along the slice
-// axes, so they are taken together; in a plane of two axes row after row, so that the lines of a row are read once.
+// Pixels of one cache line of their slices.
+std::int64_t line_of(const VacPlace& place) { return place.cell / line_words; }
+
+// Adds the taps of a group without x around all pixels, which are ordered by line: those of one line reach the same
+// lines along the slice axes, so they are taken together; in a plane of two axes row after row, so that the lines of a
+// row are read once.
 template <bool On>
 void add_points(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data,
-                std::vector<std::uint64_t>& positions) {
+                std::span<const VacPlace> places) {
   const auto add = [](std::uint32_t& word, std::uint32_t weight) { word = On ? word + weight : word - weight; };
-  const auto cells = static_cast<std::uint64_t>(layout.cells);
-  const auto slices = static_cast<std::uint64_t>(layout.num_slices);
-  for (std::uint64_t& p : positions) p = p % cells * slices + p / cells;
-  std::sort(positions.begin(), positions.end());
-  for (std::uint64_t& p : positions) p = p % slices * cells + p / slices;
   if (group.others.size() != 1) {
-    for (const std::uint64_t position : positions) {
-      const Points points(layout, group, data, position);
+    for (const VacPlace& place : places) {
+      const Points points(layout, group, data, place);
       for (const VacRow& row : group.rows) points.row(row, add);
     }
     return;
@@ -230,15 +247,19 @@ void add_points(const VacLayout& layout, const VacGroupKernel& group, std::uint3
   const RowsByDifference rows(layout, group);
   const auto axis = static_cast<std::size_t>(group.others[0]);
   std::vector<Points> together;
-  for (std::size_t i = 0; i < positions.size();) {
+  for (std::size_t i = 0; i < places.size();) {
     together.clear();
-    const std::uint64_t line = positions[i] % cells / 16;
-    for (; i < positions.size() && positions[i] % cells / 16 == line; ++i) {
-      together.emplace_back(layout, group, data, positions[i]);
+    const std::int64_t line = line_of(places[i]);
+    std::int64_t begin = rows.size();
+    std::int64_t end = 0;
+    for (; i < places.size() && line_of(places[i]) == line; ++i) {
+      const auto present = together.emplace_back(layout, group, data, places[i]).rows_present();
+      begin = std::min(begin, present.first);
+      end = std::max(end, present.second);
     }
     const bool fetch = together.size() >= 4;  // then nearly every line of a row will be met
-    for (std::int64_t to = 0; to < rows.size(); ++to) {
-      if (fetch && to + 1 < rows.size()) together[0].prefetch_row(to + 1);
+    for (std::int64_t to = begin; to < end; ++to) {
+      if (fetch && to + 1 < end) together[0].prefetch_row(to + 1);
       for (const Points& points : together) {
         if (const VacRow* row = rows.row_to(to - points.at(axis))) points.row(*row, add);
       }
@@ -262,9 +283,27 @@ void VacField::turn(std::span<const std::uint64_t> positions) {
       vac_simd::add_rows(layout_, group, data_.get(), On, in_slice ? own : positions);
       continue;
     }
-    by_cell_.assign(positions.begin(), positions.end());
-    add_points<On>(layout_, group, data_.get(), by_cell_);
+    order_by_line(positions);
+    add_points<On>(layout_, group, data_.get(), by_line_);
   }
+}
+
+// Fills by_line_. By counting, unless there are far more lines than pixels.
+void VacField::order_by_line(std::span<const std::uint64_t> positions) {
+  places_.clear();
+  for (const std::uint64_t position : positions) places_.push_back(layout_.place(position));
+  const auto num_lines = static_cast<std::size_t>(layout_.cells / line_words + 1);
+  by_line_.resize(places_.size());
+  if (num_lines > 8 * places_.size()) {
+    by_line_ = places_;
+    std::sort(by_line_.begin(), by_line_.end(),
+              [](const VacPlace& a, const VacPlace& b) { return line_of(a) < line_of(b); });
+    return;
+  }
+  line_ends_.assign(num_lines + 1, 0);
+  for (const VacPlace& place : places_) ++line_ends_[static_cast<std::size_t>(line_of(place)) + 1];
+  for (std::size_t i = 0; i < num_lines; ++i) line_ends_[i + 1] += line_ends_[i];
+  for (const VacPlace& place : places_) by_line_[line_ends_[static_cast<std::size_t>(line_of(place))]++] = place;
 }
 
 void VacField::turn_on(std::span<const std::uint64_t> positions) { turn<true>(positions); }
@@ -278,7 +317,7 @@ static void turn_watching(const VacLayout& layout, const VacKernel& kernel, std:
       vac_simd::add_rows_watching(layout, group, data, On, position, limit, hits);
       continue;
     }
-    const Points points(layout, group, data, position);
+    const Points points(layout, group, data, layout.place(position));
     for (const VacRow& row : group.rows) {
       points.row(row, [&](std::uint32_t& word, std::uint32_t weight) {
         word = On ? word + weight : word - weight;

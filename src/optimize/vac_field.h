@@ -28,6 +28,12 @@ struct VacCandidate {
   std::uint64_t key() const { return (std::uint64_t{energy} << 32) | hash; }
 };
 
+// A pixel: position = cell + cells * slice.
+struct VacPlace {
+  std::int64_t cell;
+  std::int64_t slice;
+};
+
 // How positions map to words. All axes; slices [slice_begin, slice_end) are present.
 struct VacLayout {
   VacLayout(const VacSpec& spec, SliceIndex begin, SliceIndex end);
@@ -45,6 +51,10 @@ struct VacLayout {
 
   using Coord = std::array<std::int64_t, Extents::max_axes>;
   Coord coord(std::uint64_t position) const;
+  VacPlace place(std::uint64_t position) const {
+    const auto p = static_cast<std::int64_t>(position);
+    return {p % cells, p / cells};
+  }
   // Adds `offset` on `axis`; false where that leaves a non-toroidal axis. |offset| <= size.
   bool move(std::int64_t& c, int axis, std::int64_t offset) const {
     const std::int64_t n = size[static_cast<std::size_t>(axis)];
@@ -94,6 +104,7 @@ class VacField {
  private:
   std::size_t index(std::uint64_t position) const;
   std::size_t leaf(std::uint64_t position) const;
+  void order_by_line(std::span<const std::uint64_t> positions);
   template <bool On>
   void turn(std::span<const std::uint64_t> positions);
 
@@ -102,7 +113,9 @@ class VacField {
   std::size_t num_words_;
   std::unique_ptr<std::uint32_t[], VacFree> data_;
   std::vector<std::uint32_t> bounds_;
-  std::vector<std::uint64_t> by_cell_;
+  std::vector<VacPlace> places_;  // of a call of turn
+  std::vector<VacPlace> by_line_;
+  std::vector<std::uint32_t> line_ends_;
   std::vector<std::size_t> watched_;
 };
 

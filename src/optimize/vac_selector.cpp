@@ -48,14 +48,13 @@ void VacSelector::select(VacView view, std::span<const VacCandidate> candidates,
   next_.resize(n);
   picked_.assign(n, 0);
   least_ = std::numeric_limits<std::uint32_t>::max();
-  for (VacBins& bins : bins_) bins.clear();
   for (std::size_t i = 0; i < n; ++i) {
     const VacLayout::Coord at = layout_.coord(candidates[i].position);
     std::transform(at.begin(), at.end(), at_[i].begin(), [](std::int64_t c) { return static_cast<std::int32_t>(c); });
-    for (VacBins& bins : bins_) bins.add(at_[i]);
     energy_[i] = candidates[i].energy;
     least_ = std::min(least_, energy_[i]);
   }
+  for (VacBins& bins : bins_) bins.assign(at_);
   const std::uint32_t range = static_cast<std::uint32_t>(limit >> 32) - least_;
   shift_ = std::max(0, static_cast<int>(std::bit_width(range)) - static_cast<int>(std::bit_width(n)));
   head_.assign(std::size_t{range >> shift_} + 1, none);
