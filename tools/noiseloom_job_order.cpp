@@ -14,13 +14,18 @@
 namespace noiseloom {
 namespace {
 
-// Picks of the first step, and what later ones are fitted to: safe points that no signal waits long for.
+// What steps are fitted to: safe points that no signal waits long for. But every step begins with a search of all
+// pixels, which fewer picks than one in 1024 would not be worth (64x64x64x64: 7 times as long with one in 16,384).
+constexpr double step_s = 0.4;
+constexpr std::int64_t pixels_per_pick = 1024;
 constexpr std::int64_t first_picks = 64;
-constexpr double step_s = 0.2;
 
 class OrderJob : public Job {
  public:
-  explicit OrderJob(const RunConfig& config) : config_(config), spec_(vac_spec(config)) { check_vac_spec(spec_); }
+  explicit OrderJob(const RunConfig& config)
+      : config_(config), spec_(vac_spec(config)), next_picks_(std::max(first_picks, fewest_picks())) {
+    check_vac_spec(spec_);
+  }
 
   void prepare(const Communicator& communicator, ThreadPool& pool) override {
     communicator_ = &communicator;
@@ -51,6 +56,7 @@ class OrderJob : public Job {
 
  private:
   static std::int64_t picks_of(const VacProgress& progress) { return progress.num_swaps + progress.num_ranked; }
+  std::int64_t fewest_picks() const { return std::max<std::int64_t>(1, spec_.extents.num_cells() / pixels_per_pick); }
   double fraction() const;
   double rms_moved() const;
 
@@ -59,7 +65,7 @@ class OrderJob : public Job {
   const Communicator* communicator_ = nullptr;
   std::optional<VoidAndCluster> run_;
   std::vector<OrderRow> history_;
-  std::int64_t next_picks_ = first_picks;
+  std::int64_t next_picks_;
   std::int64_t picks_done_ = 0;  // in this part
   double rate_ = 0;              // picks a second in the last step
   Pace pace_;
@@ -78,8 +84,8 @@ void OrderJob::step(double run_s) {
   rate_ = took_s > 0 ? static_cast<double>(picks) / took_s : rate_;
   // Picks of another phase may be slower by some times.
   const double most = static_cast<double>(next_picks_) * (after.phase == before.phase ? 4 : 0.5);
-  next_picks_ =
-      static_cast<std::int64_t>(communicator_->broadcast(std::clamp(rate_ * step_s, 1.0, std::max(1.0, most))));
+  const double next = std::max(std::min(rate_ * step_s, most), static_cast<double>(fewest_picks()));
+  next_picks_ = static_cast<std::int64_t>(communicator_->broadcast(next));
 }
 
 // A swap takes as long as some five ranks. How many there will be is known only afterwards: 0.33 to 0.46 for every
