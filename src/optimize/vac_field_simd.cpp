@@ -101,6 +101,25 @@ HWY_INLINE void add_plane(const VacLayout& layout, const VacGroupKernel& group, 
   }
 }
 
+// Fetches the lines that add_plane will write to.
+HWY_INLINE void prefetch_plane(const VacLayout& layout, const VacGroupKernel& group, const std::uint32_t* data,
+                               std::uint64_t position) {
+  const auto cell = static_cast<std::int64_t>(position) % layout.cells;
+  const std::int64_t slice = static_cast<std::int64_t>(position) / layout.cells;
+  if (!layout.has_slice(slice)) return;
+  const std::int64_t width = layout.size[0];
+  const std::int64_t x = cell % width;
+  const std::int64_t y = cell / width;
+  const std::uint32_t* const words = data + (slice - layout.slice_begin) * layout.slice_words;
+  for (const VacRow& row : group.rows) {
+    std::int64_t row_y = y;
+    if (!layout.move(row_y, 1, row.offset[0])) continue;
+    const std::uint32_t* const begin = words + row_y * width + std::max<std::int64_t>(x - row.lo, 0);
+    __builtin_prefetch(begin, 1);
+    __builtin_prefetch(begin + row.lo + row.hi, 1);
+  }
+}
+
 template <class A>
 HWY_INLINE void add_any(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
                         std::uint64_t position) {
@@ -130,7 +149,10 @@ template <class A>
 HWY_INLINE void add_group(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
                           std::span<const std::uint64_t> positions) {
   if (group.others.size() == 1 && group.others[0] == 1) {
-    for (const std::uint64_t position : positions) add_plane(layout, group, data, add, position);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      if (i + 2 < positions.size()) prefetch_plane(layout, group, data, positions[i + 2]);
+      add_plane(layout, group, data, add, positions[i]);
+    }
   } else {
     for (const std::uint64_t position : positions) add_any(layout, group, data, add, position);
   }
@@ -233,17 +255,27 @@ bool ScanLeaves(const VacLayout& layout, const std::uint32_t* data, VacView view
     const auto local = slice - layout.slice_begin;
     const std::uint32_t* const words = data + local * layout.slice_words;
     std::uint32_t* const slice_bounds = bounds + local * layout.leaves;
-    for (std::int64_t i = 0; i < layout.leaves; i += static_cast<std::int64_t>(hn::Lanes(d))) {
-      auto open = hn::Lt(hn::LoadU(d, slice_bounds + i), open_limit);
-      if (hn::AllFalse(d, open)) continue;
+    const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
+    const auto opened = [&](std::int64_t i) {  // of the leaves from i on, as bits
+      const auto open = hn::Lt(hn::LoadU(d, slice_bounds + i), open_limit);
+      if (hn::AllFalse(d, open)) return std::uint32_t{0};
       const auto left = static_cast<std::size_t>(layout.leaves - i);
-      if (left < hn::Lanes(d)) open = hn::And(open, hn::FirstN(d, left));
-      for (std::uint32_t bits = bits_of(d, open); bits != 0; bits &= bits - 1) {
+      return bits_of(d, left < hn::Lanes(d) ? hn::And(open, hn::FirstN(d, left)) : open);
+    };
+    std::uint32_t bits = opened(0);
+    for (std::int64_t i = 0; i < layout.leaves; i += lanes) {
+      const std::uint32_t next = i + lanes < layout.leaves ? opened(i + lanes) : 0;
+      for (std::uint32_t rest = next; rest != 0; rest &= rest - 1) {
+        const std::uint32_t* leaf = words + (i + lanes + std::countr_zero(rest)) * 64;
+        for (int line = 0; line < 4; ++line) __builtin_prefetch(leaf + 16 * line);
+      }
+      for (; bits != 0; bits &= bits - 1) {
         const std::int64_t leaf = i + std::countr_zero(bits);
         const auto position = static_cast<std::uint64_t>(slice * layout.cells + leaf * 64);
         slice_bounds[leaf] = scan.leaf(leaf_of(layout, words, leaf, view, copy), position);
         if (found.size() > max_found) return false;
       }
+      bits = next;
     }
   }
   return true;
