@@ -52,8 +52,9 @@ VacTieHash::VacTieHash(std::uint64_t seed) {
 }
 
 struct VoidAndCluster::Impl {
-  Impl(const VacSpec& spec_in, const Communicator& communicator, ThreadPool& pool)
-      : spec(spec_in),
+  Impl(const VacSpec& spec_in, const Communicator& communicator_in, ThreadPool& pool)
+      : communicator(communicator_in),
+        spec(spec_in),
         partition(spec.extents.num_slices(), communicator.size()),
         begin(partition.begin(communicator.rank())),
         end(partition.end(communicator.rank())),
@@ -68,6 +69,27 @@ struct VoidAndCluster::Impl {
     order = VacOrder(spec.extents, begin, end);
     vac_turn_on_start(spec, exchange, order);
     progress = {.num_start_points = vac_num_start_points(spec)};
+    enter_phase();
+  }
+
+  void restore(const VacProgress& from, const std::function<std::vector<std::byte>(SliceIndex)>& bytes) {
+    communicator.together([&] {
+      for (SliceIndex slice = begin; slice < end; ++slice) order.set_bytes(slice, bytes(slice));
+    });
+    std::int64_t num[] = {0, 0};  // pixels with a rank, pixels that are on and have none
+    for (std::uint64_t p = order.begin(); p < order.end(); ++p) {
+      num[0] += order.has_rank(p) ? 1 : 0;
+      num[1] += order.is_on(p) ? 1 : 0;
+    }
+    communicator.sum(num);
+    const bool filling = from.phase == VacPhase::fill || from.phase == VacPhase::done;
+    const std::int64_t num_on = filling ? 0 : from.num_start_points - from.num_ranked;
+    if (num[0] != from.num_ranked || num[1] != num_on || from.num_start_points != vac_num_start_points(spec) ||
+        (filling && from.num_ranked < from.num_start_points) || (from.phase == VacPhase::swap && from.num_ranked > 0)) {
+      throw SharedUserError("", "void and cluster: the order has " + std::to_string(num[0]) + " ranked pixels and " +
+                                    std::to_string(num[1]) + " that are on, which is not what its progress says");
+    }
+    progress = from;
     enter_phase();
   }
 
@@ -197,6 +219,7 @@ struct VoidAndCluster::Impl {
     return has_far_plane ? 0.4 : 0.1;
   }
 
+  const Communicator& communicator;
   VacSpec spec;
   Partition partition;
   SliceIndex begin;
@@ -233,9 +256,7 @@ void VoidAndCluster::start() { impl_->start(); }
 
 void VoidAndCluster::restore(const VacProgress& progress,
                              const std::function<std::vector<std::byte>(SliceIndex)>& order) {
-  for (SliceIndex slice = impl_->begin; slice < impl_->end; ++slice) impl_->order.set_bytes(slice, order(slice));
-  impl_->progress = progress;
-  impl_->enter_phase();
+  impl_->restore(progress, order);
 }
 
 void VoidAndCluster::limit_batches(std::int64_t max_picks) { impl_->batch_limit = max_picks; }

@@ -86,5 +86,32 @@ TEST(Communicator, GathersInSliceOrderWithEmptyRanks) {
   }
 }
 
+TEST(Communicator, GathersWordsAndBytesInTheOrderOfRanks) {
+  const Communicator world = Communicator::world();
+  const auto rank = static_cast<std::uint64_t>(world.rank());
+  const std::vector<std::uint64_t> words{rank, rank * rank + (std::uint64_t{1} << 40)};
+  const auto all_words = world.gather_all(std::span<const std::uint64_t>(words));
+  const std::vector<std::byte> bytes(rank % 3, static_cast<std::byte>(rank));  // some ranks give none
+  const auto all_bytes = world.gather_all(std::span<const std::byte>(bytes));
+  std::vector<std::uint64_t> expected_words;
+  std::vector<std::byte> expected_bytes;
+  for (std::uint64_t r = 0; r < static_cast<std::uint64_t>(world.size()); ++r) {
+    expected_words.insert(expected_words.end(), {r, r * r + (std::uint64_t{1} << 40)});
+    expected_bytes.insert(expected_bytes.end(), r % 3, static_cast<std::byte>(r));
+  }
+  EXPECT_EQ(all_words, expected_words);
+  EXPECT_EQ(all_bytes, expected_bytes);
+}
+
+TEST(Communicator, FindsTheLeastPair) {
+  const Communicator world = Communicator::world();
+  const auto rank = static_cast<std::uint64_t>(world.rank());
+  const auto last = static_cast<std::uint64_t>(world.size() - 1);
+  using Pair = std::array<std::uint64_t, 2>;
+  EXPECT_EQ(world.least({7 + rank, 5}), (Pair{7, 5}));
+  EXPECT_EQ(world.least({~rank, rank}), (Pair{~last, last}));
+  EXPECT_EQ(world.least({9, 100 - rank}), (Pair{9, 100 - last}));  // the second word breaks ties
+}
+
 }  // namespace
 }  // namespace noiseloom

@@ -141,6 +141,31 @@ TEST(VoidAndClusterRanks, GoOnFromTheOrderOfAnotherNumberOfRanks) {
   EXPECT_GT(phases[2], 1);
 }
 
+// A slice that one rank cannot read, and an order of another time: all ranks are told, none is left behind.
+TEST(VoidAndClusterRanks, AllThrowWhereOneCannotGoOn) {
+  const Communicator world = Communicator::world();
+  const VacSpec spec = make_spec({7, 5, 3, 4}, {{0, 1}, {2, 3}});
+  ThreadPool pool(1);
+  VoidAndCluster run(spec, world, pool);
+  run.start();
+  run.advance(40);
+  VoidAndCluster resumed(spec, world, pool);
+  const SliceIndex last = run.partition().num_slices() - 1;
+  EXPECT_THROW(resumed.restore(run.progress(),
+                               [&](SliceIndex slice) {
+                                 if (slice == last) throw EnvironmentError("cannot read");
+                                 return run.order(slice);
+                               }),
+               SharedEnvironmentError);
+  const VacProgress earlier = run.progress();
+  run.advance(40);
+  EXPECT_THROW(resumed.restore(earlier, [&](SliceIndex slice) { return run.order(slice); }), SharedUserError);
+  resumed.restore(run.progress(), [&](SliceIndex slice) { return run.order(slice); });
+  run.advance(everything);
+  resumed.advance(everything);
+  EXPECT_EQ(ranks_of(resumed, world), ranks_of(run, world));
+}
+
 TEST(VoidAndClusterRanks, CountWhatTravels) {
   const Communicator world = Communicator::world();
   const VacSpec spec = make_spec({64, 64, 8}, {{0, 1}, {2}});

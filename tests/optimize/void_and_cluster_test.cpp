@@ -11,7 +11,6 @@
 #include <set>
 #include <string>
 
-#include "optimize/vac_field.h"
 #include "optimize/vac_kernel.h"
 #include "support/void_and_cluster_oracle.h"
 
@@ -207,6 +206,44 @@ TEST(VoidAndCluster, DoesNotDependOnHowPicksAreDivided) {
   }
 }
 
+TEST(VoidAndCluster, DoesNotDependOnThreads) {
+  for (const VacSpec& spec : {make_spec({23, 19, 6}, {{0, 1}, {2}}), make_spec({9, 10, 5, 3}, {{0, 1}, {2, 3}}),
+                              make_spec({61, 67}, {{0, 1}}), make_spec({11, 5, 7, 3}, {{0, 1, 2}, {3}})}) {
+    const auto one = ranks_of(spec);
+    for (const int threads : {2, 3, 5, 16}) {
+      LocalRun run(spec, threads);
+      run->advance(everything);
+      EXPECT_EQ(run.ranks(), one) << threads;
+    }
+  }
+}
+
+TEST(VoidAndCluster, DoesNotDependOnTheLimitOfBatches) {
+  const VacSpec spec = make_spec({23, 19, 6}, {{0, 1}, {2}});
+  const auto whole = ranks_of(spec);
+  for (const std::int64_t batch : {1, 2, 7, 100}) {
+    LocalRun run(spec);
+    run->limit_batches(batch);
+    run->advance(everything);
+    EXPECT_EQ(run.ranks(), whole) << batch;
+  }
+}
+
+TEST(VoidAndCluster, RefusesAnOrderThatIsNotThatOfItsProgress) {
+  const VacSpec spec = make_spec({11, 7, 5}, {{0, 1}, {2}});
+  LocalRun from(spec);
+  const auto order = [&](SliceIndex slice) { return from->order(slice); };
+  for (; !from->done(); from->advance(10)) {
+    VacProgress other = from->progress();
+    ++other.num_ranked;
+    EXPECT_THROW(LocalRun(spec)->restore(other, order), UserError);
+    other = from->progress();
+    ++other.num_start_points;
+    EXPECT_THROW(LocalRun(spec)->restore(other, order), UserError);
+  }
+  EXPECT_THROW(LocalRun(spec)->restore(VacProgress{.num_start_points = 38}, order), UserError);
+}
+
 TEST(VoidAndCluster, DoesNotDependOnTheWidthOfVectors) {
   const VacSpec spec = make_spec({37, 23, 5, 3}, {{0, 1}, {2, 3}});
   const auto best = ranks_of(spec);
@@ -244,97 +281,6 @@ TEST(VoidAndCluster, DoesAtMostAsManyPicksAsAsked) {
     const auto& after = run->progress();
     ASSERT_LE(after.num_swaps + after.num_ranked, before.num_swaps + before.num_ranked + 5);
   }
-}
-
-TEST(VacStartPattern, DrawsEachPixelAtMostOnce) {
-  VacSpec spec = make_spec({97, 89}, {{0, 1}});
-  spec.density = 0.5;
-  const auto points = vac_start_pattern(spec);
-  EXPECT_EQ(points.size(), 97U * 89U / 2U);
-  EXPECT_TRUE(std::is_sorted(points.begin(), points.end()));
-  EXPECT_EQ(std::adjacent_find(points.begin(), points.end()), points.end());
-  EXPECT_LT(points.back(), 97U * 89U);
-}
-
-TEST(VacKernel, LeavesRoomForAllNeighboursAndAFlag) {
-  for (const double sigma : {0.3, 1.0, 1.9, 8.0, 30.0}) {
-    for (const auto& groups : std::vector<std::vector<std::vector<int>>>{
-             {{0, 1}}, {{0, 1, 2}}, {{0, 1}, {2}}, {{0, 1}, {2, 3}}, {{0, 1}, {2}, {3}}}) {
-      const VacKernel kernel(make_spec({32, 31, 16, 17}, groups, sigma));
-      std::uint64_t sum = 0;
-      for (const VacGroupKernel& group : kernel.groups()) {
-        for (const std::uint32_t weight : group.weights) sum += weight;
-      }
-      EXPECT_EQ(sum, kernel.weight_sum());
-      EXPECT_LT(sum, std::uint64_t{vac_flag}) << sigma;
-      if (kernel.scale_log2() < 30) {  // and no more room than one bit
-        EXPECT_GE(sum * 2 + 32 * 31 * 16 * 17, std::uint64_t{vac_flag}) << sigma;
-      }
-    }
-  }
-}
-
-TEST(VacKernel, ScalesByTheLargestPowerOfTwoThatFits) {
-  for (const double sigma : {0.6, 1.9, 8.0}) {
-    for (const auto& groups : std::vector<std::vector<std::vector<int>>>{{{0, 1}}, {{0, 1}, {2}}, {{0, 1, 2}}}) {
-      const VacSpec spec = make_spec({13, 11, 7}, groups, sigma);
-      const int scale_log2 = VacKernel(spec).scale_log2();
-      EXPECT_LT(oracle::VoidAndClusterOracle(spec, scale_log2).largest_energy(), std::int64_t{vac_flag});
-      EXPECT_TRUE(scale_log2 == 30 ||
-                  oracle::VoidAndClusterOracle(spec, scale_log2 + 1).largest_energy() >= std::int64_t{vac_flag});
-    }
-  }
-}
-
-TEST(VacField, EnergyOfTheLastPixelIsTheSumOfAllWeightsAtTheLimits) {
-  for (const double sigma : {0.3, 1.9, 8.0}) {
-    const VacSpec spec = make_spec({29, 23, 7, 5}, {{0, 1}, {2, 3}}, sigma);
-    const VacKernel kernel(spec);
-    VacField field(spec, kernel, 0, spec.extents.num_slices());
-    std::vector<std::uint64_t> all(static_cast<std::size_t>(spec.extents.num_cells()));
-    std::iota(all.begin(), all.end(), 0U);
-    field.turn_on(all);
-    for (const std::uint64_t p : all) ASSERT_EQ(field.word(p), vac_flag + kernel.weight_sum());
-    field.turn_off(all);
-    for (const std::uint64_t p : all) ASSERT_EQ(field.word(p), 0U);
-  }
-}
-
-TEST(VacField, SlicesOfItsOwnGetTheSameEnergiesFromPicksAnywhere) {
-  for (const auto& groups :
-       std::vector<std::vector<std::vector<int>>>{{{0, 1}, {2, 3}}, {{0, 1}, {2}, {3}}, {{0, 1, 2, 3}}, {{1, 3}}}) {
-    const VacSpec spec = make_spec({13, 11, 5, 3}, groups, 1.3);
-    const VacKernel kernel(spec);
-    VacField whole(spec, kernel, 0, 15);
-    const auto points = vac_start_pattern(spec);
-    whole.turn_on(points);
-    for (const auto& [begin, end] : std::vector<std::pair<SliceIndex, SliceIndex>>{{0, 4}, {4, 5}, {5, 15}, {7, 7}}) {
-      VacField part(spec, kernel, begin, end);
-      part.turn_on(points);
-      for (std::uint64_t p = 0; p < 13U * 11U * 15U; ++p) {
-        if (!part.has(p)) continue;
-        ASSERT_EQ(part.word(p), whole.word(p));
-      }
-    }
-  }
-}
-
-TEST(VacLayout, IndexesBeyondFourBillionPixels) {
-  const VacSpec spec = make_spec({65536, 32768, 4, 3}, {{0, 1}, {2, 3}});
-  const VacLayout layout(spec, 0, 12);
-  const std::uint64_t position = 65535 + 65536ULL * (32767 + 32768ULL * (3 + 4 * 2));
-  EXPECT_THAT(layout.coord(position), testing::ElementsAre(65535, 32767, 3, 2, 0, 0, 0, 0));
-  EXPECT_EQ(position, static_cast<std::uint64_t>(spec.extents.num_cells()) - 1);
-  EXPECT_EQ(layout.leaves, 65536LL * 32768 / 64);
-}
-
-TEST(VacTieHash, HasNoEqualsAmongSmallPositionsAndDependsOnTheHighWord) {
-  const VacTieHash hash(7);
-  std::vector<std::uint32_t> values(1U << 20);
-  for (std::uint64_t p = 0; p < values.size(); ++p) values[p] = hash(p);
-  EXPECT_NE(hash(5), hash(5 + (1ULL << 32)));
-  std::sort(values.begin(), values.end());
-  EXPECT_EQ(std::adjacent_find(values.begin(), values.end()), values.end());
 }
 
 TEST(CheckVacSpec, NamesEveryFault) {

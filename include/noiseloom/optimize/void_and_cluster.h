@@ -16,6 +16,18 @@
 //   fill   from the pattern again: the pixel off with the smallest key gets the next rank and is turned on, until all
 //          are. Beyond half this is the paper's third phase too: the tightest cluster of what is off is the emptiest
 //          place of what is on, because the energies of the two add up to the same constant everywhere (on a torus).
+//
+// Distributed: a rank holds the energies and the ranks of the pixels of its own slices, nothing else that grows with
+// the texture but the few candidates below and, for the pairs among them, a table of bins. Energies never travel.
+//   start  every rank draws the whole pattern and keeps what falls into its slices; the number of pixels drawn twice is
+//          summed. Whenever energies are computed anew, the pixels that are on travel as one bit a pixel.
+//   swap   each rank offers its best cluster, then its best void: two collectives of 16 bytes a swap.
+//   drain, fill   a batch: the ranks agree on a limit, each finds the pixels of its slices with a key up to it, these
+//          candidates (position and energy, about five bytes each) go to all, every rank takes the same picks from them
+//          and carries them out in its own slices. Four collectives of MPI's a batch, which is hundreds to tens of
+//          thousands of picks. Exact because keys only rise while pixels are turned on (off): all that the picks up to
+//          the limit depend on are the candidates (vac_selector.h). Limits change where batches end, not the picks.
+// So all decisions are made from the same integers on every rank, and no rank or thread count can change them.
 #pragma once
 
 #include <cstddef>
@@ -96,7 +108,9 @@ class VoidAndCluster {
   VoidAndCluster& operator=(const VoidAndCluster&) = delete;
 
   void start();  // *Collective*
-  // Goes on from a run of the same spec. `order(slice)`: the bytes of an own slice as order() gave them. *Collective*
+  // Goes on from a run of the same spec. `order(slice)`: the bytes of an own slice as order() gave them. Throws
+  // SharedUserError when order and progress do not belong together, and on all ranks what it throws on one.
+  // *Collective*
   void restore(const VacProgress& progress, const std::function<std::vector<std::byte>(SliceIndex)>& order);
   // Does up to `max_picks` >= 1 picks (a swap counts as one); fewer only when done. How the picks are divided among
   // calls changes the time alone: picks are taken in batches of a few thousandths of the pixels, which a smaller
@@ -114,8 +128,8 @@ class VoidAndCluster {
   // second largest one that is on and has none.
   std::vector<std::byte> order(SliceIndex slice) const;
 
-  std::int64_t collectives() const;  // by this rank since it was made
-  std::int64_t bytes_sent() const;   // by this rank
+  std::int64_t collectives() const;  // MPI's, by this rank since it was made; none when it is alone
+  std::int64_t bytes_sent() const;   // that this rank gave to them
 
  private:
   struct Impl;
