@@ -14,6 +14,7 @@
 
 #include "noiseloom/io/checkpoint.h"
 #include "noiseloom_commands.h"
+#include "noiseloom_job.h"
 #include "noiseloom_progress.h"
 
 namespace noiseloom {
@@ -180,7 +181,7 @@ class Run {
   std::uint32_t bits_due() const;
   std::string save();
   void greet() const;
-  void summarise(const std::string& checksum, std::int64_t candidates, std::int64_t bytes, std::int64_t messages);
+  void summarise(const std::string& checksum);
   double part_s() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count(); }
   double run_s() const { return earlier_s_ + part_s(); }
   std::map<std::string, Attribute> provenance() const;
@@ -193,9 +194,8 @@ class Run {
   std::unique_ptr<RunLock> lock_;
   std::unique_ptr<RunFileReader> saved_;
   std::unique_ptr<Progress> progress_;
-  std::unique_ptr<SampleSource> source_;
   std::unique_ptr<ThreadPool> pool_;
-  std::unique_ptr<Engine> engine_;
+  std::unique_ptr<Job> job_;
   bool fell_back_ = false;
   bool already_done_ = false;
   bool has_moved_ = false;  // in this part
@@ -214,13 +214,11 @@ void Run::load() {
   const std::string folder = std::filesystem::path(options_.config).parent_path().string();
   communicator_.together([&] {
     config_ = parse_config(text, options_.config, folder, {});
-    const Extents& extents = config_.problem.extents;
-    source_ = std::make_unique<SampleSource>(config_.problem.samples, extents.cells_per_slice(), extents.num_slices(),
-                                             config_.problem.seed);
+    job_ = make_job(config_);
   });
   communicator_.on_root([&] { inputs_ = inputs_digest(config_); });
-  progress_ = std::make_unique<Progress>(
-      communicator_.is_root() ? progress_kind(options_.progress) : ProgressKind::none, config_.optimizer);
+  progress_ =
+      std::make_unique<Progress>(communicator_.is_root() ? progress_kind(options_.progress) : ProgressKind::none);
 }
 
 void Run::claim_output() {
@@ -252,35 +250,31 @@ void Run::prepare() {
   const int on_node = communicator_.ranks_on_node();
   threads_ = options_.threads > 0 ? options_.threads : std::max(1, num_available_processors() / on_node);
   communicator_.together([&] { pool_ = std::make_unique<ThreadPool>(threads_); });
-  communicator_.together(
-      [&] { engine_ = std::make_unique<Engine>(config_.problem, config_.optimizer, *source_, communicator_, *pool_); });
+  job_->prepare(communicator_, *pool_);
   greet();
   const bool resumed = communicator_.any_bits(saved_ ? 1U : 0U) != 0;
-  if (!resumed) return engine_->start();
-  restore_run(saved_.get(), config_.problem.extents, *engine_, communicator_);
-  progress_->say(fmt::format("resumed at iteration {}, R {:.5f}", engine_->iterations(),
-                             engine_->history().back().relative_error));
+  if (!resumed) return job_->start(run_s());
+  job_->restore(saved_.get());
+  progress_->say("resumed at " + job_->position());
   communicator_.on_root([&] {
     if (fell_back_) restore_previous_generation(posix_file_ops(), options_.output);
   });
-  already_done_ = engine_->finished();
+  already_done_ = job_->finished();
   if (saved_) stored_checksum_ = saved_->content().checksums.at("/samples");
   saved_.reset();
 }
 
 void Run::greet() const {
   if (!communicator_.is_root()) return;
-  const ProblemSpec& problem = config_.problem;
-  progress_->say(
-      fmt::format("{} of {}, {} on {} {} of {} {}", problem.extents.to_string(), sample_space_name(problem.samples),
-                  config_.optimizer.method == Method::fast ? "fast" : "anneal", communicator_.size(),
-                  communicator_.size() == 1 ? "rank" : "ranks", threads_, threads_ == 1 ? "thread" : "threads"));
-  const SliceIndex slices = problem.extents.num_slices();
+  progress_->say(fmt::format("{} on {} {} of {} {}", job_->title(), communicator_.size(),
+                             communicator_.size() == 1 ? "rank" : "ranks", threads_,
+                             threads_ == 1 ? "thread" : "threads"));
+  const SliceIndex slices = config_.problem.extents.num_slices();
   if (communicator_.size() > slices) {
     progress_->say(
         fmt::format("{} of {} ranks have no slice and only wait", communicator_.size() - slices, communicator_.size()));
   }
-  if (slices > 1 && !engine_->couples_slices()) {
+  if (slices > 1 && !job_->is_coupled()) {
     progress_->say("the filter does not couple slices: ranks exchange nothing");
   }
 }
@@ -300,7 +294,7 @@ std::map<std::string, Attribute> Run::provenance() const {
 
 std::string Run::save() {
   last_save_s_ = part_s();
-  return save_run(posix_file_ops(), options_.output, config_, *source_, *engine_, communicator_, inputs_, provenance());
+  return job_->save({options_.output, inputs_, provenance()});
 }
 
 // Any rank may have got a signal; of the clocks only that of rank 0 counts.
@@ -315,45 +309,35 @@ std::uint32_t Run::bits_due() const {
 
 int Run::stop(std::uint32_t bits) {
   save();
-  progress_->say(fmt::format("stopped by {} at iteration {}, R {:.5f}; everything is saved in {}; go on with --resume",
-                             (bits & stop_bit) != 0 ? "a signal" : "--time-limit", engine_->iterations(),
-                             engine_->history().back().relative_error, options_.output));
+  progress_->say(fmt::format("stopped by {} at {}; everything is saved in {}; go on with --resume",
+                             (bits & stop_bit) != 0 ? "a signal" : "--time-limit", job_->position(), options_.output));
   return exit_stopped;
 }
 
 int Run::loop() {
-  while (!engine_->finished()) {
+  while (!job_->finished()) {
     const std::uint32_t bits = communicator_.any_bits(bits_due());
     if ((bits & (stop_bit | limit_bit)) != 0) return stop(bits);
     if ((bits & checkpoint_bit) != 0) {
       save();
-      progress_->say(fmt::format("saved at iteration {}", engine_->iterations()));
+      progress_->say("saved at " + job_->position());
     }
-    engine_->step(run_s());
+    job_->step(run_s());
     has_moved_ = true;
-    progress_->update(*engine_, engine_->candidates_done() * communicator_.size(), run_s(), part_s());
+    progress_->update(job_->num_rows(), part_s(), [&] { return job_->figures(run_s(), part_s()); });
   }
   return exit_done;
 }
 
-void Run::summarise(const std::string& checksum, std::int64_t candidates, std::int64_t bytes, std::int64_t messages) {
+void Run::summarise(const std::string& checksum) {
+  const auto lines = job_->summary(run_s());
   progress_->end();
   if (options_.progress == "none" || !communicator_.is_root()) return;
-  const HistoryRow& last = engine_->history().back();
-  const std::string stem = std::filesystem::path(options_.output).stem().string();
   fmt::print("\n");
-  fmt::print("R            {:.5f}   (white noise 1, at the start {:.5f})\n", last.relative_error,
-             engine_->history().front().relative_error);
-  fmt::print("effort       {} iterations, {:.3g} candidates in this part, {}\n", engine_->iterations(),
-             static_cast<double>(candidates), duration_text(run_s()));
-  fmt::print("stopped by   {}\n", engine_->finished_by());
-  if (communicator_.size() > 1) {
-    const double visits = static_cast<double>(candidates) * 2 / static_cast<double>(engine_->iterations_per_sweep());
-    fmt::print("exchange     {} messages, {:.3g} MB between ranks in this part, {:.3g} B a sample and sweep\n",
-               messages, static_cast<double>(bytes) / 1e6, candidates > 0 ? static_cast<double>(bytes) / visits : 0.0);
-  }
+  for (const auto& [label, text] : lines) fmt::print("{:<12} {}\n", label, text);
   fmt::print("file         {}   /samples {}\n", options_.output, checksum);
-  fmt::print("next         noiseloom export {} -o {}\n", options_.output, stem);
+  fmt::print("next         noiseloom export {} -o {}\n", options_.output,
+             std::filesystem::path(options_.output).stem().string());
 }
 
 int Run::run() {
@@ -362,10 +346,7 @@ int Run::run() {
   prepare();
   const int status = loop();
   if (status != exit_done) return status;
-  std::int64_t totals[] = {engine_->candidates_done(), engine_->bytes_sent(), engine_->messages_sent()};
-  communicator_.sum(totals);
-  const std::string checksum = already_done_ ? stored_checksum_ : save();
-  summarise(checksum, totals[0], totals[1], totals[2]);
+  summarise(already_done_ ? stored_checksum_ : save());
   return exit_done;
 }
 

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <optional>
 
 #include "noiseloom/io/checkpoint.h"
+#include "noiseloom/io/order_checkpoint.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_progress.h"
 
@@ -67,12 +69,7 @@ void print_history(const EngineState& state) {
   }
 }
 
-void print_text(const std::string& path, const RunFileContent& content) {
-  const EngineState state = engine_state(content);
-  fmt::print("{}: {}", path, content.extents.to_string());
-  for (int axis = 0; axis < content.extents.num_axes(); ++axis)
-    fmt::print("{}{}", axis == 0 ? " (" : ", ", content.extents.name(axis));
-  fmt::print(")\n");
+void print_progress(const EngineState& state) {
   if (state.finished.empty()) {
     fmt::print("not finished: stopped in sweep {}; go on with generate --resume\n", state.sweep + 1);
   } else {
@@ -80,6 +77,40 @@ void print_text(const std::string& path, const RunFileContent& content) {
     fmt::print("finished after {} iterations by stop.{}\n", iterations, state.finished);
   }
   if (!state.history.empty()) fmt::print("R {:.5f} (white noise 1)\n", state.history.back().relative_error);
+}
+
+void print_progress(const OrderState& state, std::int64_t num_pixels) {
+  if (state.finished.empty()) {
+    fmt::print("not finished: stopped in phase {}; go on with generate --resume\n", state.phase);
+  } else {
+    fmt::print("finished: every pixel has its place in the order\n");
+  }
+  fmt::print("{} start points, {} swaps, {} of {} pixels ranked ({:.1f} %)\n", state.start_points, state.swaps,
+             state.ranked, num_pixels, 100 * static_cast<double>(state.ranked) / static_cast<double>(num_pixels));
+}
+
+void print_history(const OrderState& state) {
+  fmt::print("\n  phase        swaps         ranked    seconds\n");
+  for (const OrderRow& row : state.history) {
+    fmt::print("  {:<6} {:11} {:14}  {:9.1f}\n", vac_phase_name(static_cast<VacPhase>(row.phase)), row.swaps,
+               row.ranked, row.seconds);
+  }
+}
+
+void print_text(const std::string& path, const RunFileContent& content) {
+  std::optional<OrderState> order;
+  std::optional<EngineState> engine;
+  if (is_order_run(content)) {
+    order = order_state(content);
+  } else {
+    engine = engine_state(content);
+  }
+  fmt::print("{}: {}", path, content.extents.to_string());
+  for (int axis = 0; axis < content.extents.num_axes(); ++axis)
+    fmt::print("{}{}", axis == 0 ? " (" : ", ", content.extents.name(axis));
+  fmt::print(")\n");
+  if (order) print_progress(*order, content.extents.num_cells());
+  if (engine) print_progress(*engine);
   for (const auto& dataset : content.datasets) {
     fmt::print("  {:20} {}  checksum {}\n", dataset.name,
                dataset.type == ElementType::float32  ? "float32"
@@ -87,7 +118,8 @@ void print_text(const std::string& path, const RunFileContent& content) {
                                                      : "uint64",
                content.checksums.at(dataset.name));
   }
-  print_history(state);
+  if (order) print_history(*order);
+  if (engine) print_history(*engine);
   fmt::print("\nprovenance\n");
   for (const auto& [name, value] : content.provenance) fmt::print("  {:14} {}\n", name, text_of(value));
   fmt::print("\nconfig\n{}", content.config);

@@ -5,11 +5,13 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 
+#include "noiseloom/dist/communicator.h"
 #include "noiseloom/dist/halo_plan.h"
 #include "noiseloom/io/config.h"
 #include "noiseloom/optimize/engine_choices.h"
 #include "noiseloom/problem/sample_space.h"
 #include "noiseloom_commands.h"
+#include "noiseloom_plan.h"
 #include "noiseloom_progress.h"
 
 namespace noiseloom {
@@ -17,14 +19,6 @@ namespace {
 
 // Share of candidates that are swapped, averaged over a cooling run; what the exchange is estimated from.
 constexpr double typical_acceptance = 0.15;
-
-std::string bytes_text(double bytes) {
-  for (const char* unit : {"B", "KiB", "MiB", "GiB"}) {
-    if (bytes < 1024) return fmt::format("{:.4g} {}", bytes, unit);
-    bytes /= 1024;
-  }
-  return fmt::format("{:.4g} TiB", bytes);
-}
 
 // Seconds for one candidate on this machine, one thread, with its share of taking the tile up: measured on the first
 // tile of slice 0 against copies of that slice.
@@ -219,7 +213,12 @@ int run_plan(int argc, char** argv) {
   if (threads < 1) throw UserError("command line", fmt::format("--threads {}: must be at least 1", threads));
   if (ranks < 1) throw UserError("command line", fmt::format("--ranks {}: must be at least 1", ranks));
   const RunConfig config = load_config(path, overrides);
-  Plan(config, ranks, threads).print();
+  if (config.optimizer.method == Method::void_and_cluster) {
+    MpiSession session(argc, argv);
+    print_order_plan(config, ranks, threads);
+  } else {
+    Plan(config, ranks, threads).print();
+  }
   return exit_done;
 }
 

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+
+#include "noiseloom/core/error.h"
 
 namespace noiseloom {
 namespace {
@@ -18,11 +21,6 @@ bool under_launcher() {
     if (std::getenv(name) != nullptr) return true;
   }
   return false;
-}
-
-std::string rate_text(double per_second) {
-  if (per_second >= 1e6) return fmt::format("{:.2f} M candidates/s", per_second / 1e6);
-  return fmt::format("{:.1f} k candidates/s", per_second / 1e3);
 }
 
 }  // namespace
@@ -55,75 +53,51 @@ std::string json_string(const std::string& text) {
   return out + '"';
 }
 
-struct Progress::Figures {
-  std::int64_t iterations;
-  std::int64_t of;     // 0: not known
-  double fraction;     // of the round
-  double temperature;  // or gamma
-  double acceptance;
-  double relative_error;
-  double rate;
-  double left_s;  // negative: not known
-  double seconds;
-};
-
-Progress::Figures Progress::figures(const Engine& engine, std::int64_t candidates, double seconds, double part_s) {
-  const Moment moment = engine.moment();
-  const SweepFigures& sweep = engine.last_sweep();
-  const bool by_time = optimizer_.stop.time_s > 0;
-  double fraction = by_time ? std::min(1.0, seconds / optimizer_.stop.time_s) : 0;
-  if (moment.round_length > 0) {
-    fraction = static_cast<double>(moment.sweep_in_round) / static_cast<double>(moment.round_length);
+std::string bytes_text(double bytes) {
+  for (const char* unit : {"B", "KiB", "MiB", "GiB"}) {
+    if (bytes < 1024) return fmt::format("{:.4g} {}", bytes, unit);
+    bytes /= 1024;
   }
+  return fmt::format("{:.4g} TiB", bytes);
+}
+
+std::string rate_text(double per_second, const char* what) {
+  if (per_second >= 1e6) return fmt::format("{:.2f} M {}/s", per_second / 1e6, what);
+  return fmt::format("{:.1f} k {}/s", per_second / 1e3, what);
+}
+
+double Pace::left_s(double fraction, double part_s) {
   if (first_fraction_ < 0) first_fraction_ = fraction;
   const double done = fraction - first_fraction_;
-  const bool known = by_time || (optimizer_.stop.iterations > 0 && done > 0);
-  const double left = by_time ? optimizer_.stop.time_s - seconds : part_s / done * (1 - fraction);
-  return {engine.iterations(),
-          optimizer_.stop.iterations,
-          fraction,
-          sweep.temperature,
-          sweep.acceptance,
-          sweep.relative_error,
-          part_s > 0 ? static_cast<double>(candidates) / part_s : 0,
-          known ? std::max(0.0, left) : -1,
-          seconds};
+  return done > 0 ? std::max(0.0, part_s / done * (1 - fraction)) : -1;
 }
 
-void Progress::update(const Engine& engine, std::int64_t candidates, double seconds, double part_s) {
+void Progress::update(std::size_t num_rows, double part_s, const std::function<ProgressFigures()>& figures) {
   if (kind_ == ProgressKind::none) return;
-  const bool scored = engine.history().size() != history_shown_;
   const double interval = kind_ == ProgressKind::bar ? bar_interval_s : line_interval_s;
   const bool due = last_shown_s_ < 0 || part_s - last_shown_s_ >= interval;
-  if (kind_ == ProgressKind::json ? !scored && !due : !due) return;
+  if (kind_ == ProgressKind::json ? num_rows == rows_shown_ && !due : !due) return;
   last_shown_s_ = part_s;
-  history_shown_ = engine.history().size();
-  const Figures f = figures(engine, candidates, seconds, part_s);
+  rows_shown_ = num_rows;
+  const ProgressFigures f = figures();
   if (kind_ == ProgressKind::json) {
-    fmt::print(stderr,
-               "{{\"iterations\": {}, \"of\": {}, \"temperature\": {:.6g}, \"acceptance\": {:.6g}, \"relative_error\": "
-               "{:.8g}, "
-               "\"candidates_per_second\": {:.6g}, \"seconds\": {:.3f}, \"seconds_left\": {}}}\n",
-               f.iterations, f.of, f.temperature, f.acceptance, f.relative_error, f.rate, f.seconds,
+    fmt::print(stderr, "{{{}, \"seconds_left\": {}}}\n", f.json,
                f.left_s < 0 ? "null" : fmt::format("{:.3f}", f.left_s));
-    return;
+  } else if (kind_ == ProgressKind::bar) {
+    print_bar(f);
+  } else {
+    const std::string left = f.left_s < 0 ? "" : fmt::format(", {} left (by the pace so far)", duration_text(f.left_s));
+    fmt::print(stderr, "{}{}\n", f.plain, left);
   }
-  if (kind_ == ProgressKind::bar) return print_bar(f);
-  const char* heat = optimizer_.method == Method::fast ? "gamma" : "T";
-  const std::string of = f.of > 0 ? fmt::format("/{}", f.of) : "";
-  const std::string left = f.left_s < 0 ? "" : fmt::format(", {} left (by the pace so far)", duration_text(f.left_s));
-  fmt::print(stderr, "iteration {}{}  {} {:.3g}  accepted {:.1f} %  R {:.5f}  {}  {}{}\n", f.iterations, of, heat,
-             f.temperature, 100 * f.acceptance, f.relative_error, rate_text(f.rate), duration_text(f.seconds), left);
 }
 
-void Progress::print_bar(const Figures& f) {
+void Progress::print_bar(const ProgressFigures& f) {
   constexpr int width = 24;
   const int full = static_cast<int>(f.fraction * width);
   const std::string bar =
       std::string(static_cast<std::size_t>(full), '#') + std::string(static_cast<std::size_t>(width - full), '.');
   const std::string left = f.left_s < 0 ? "" : fmt::format("  {} left", duration_text(f.left_s));
-  fmt::print(stderr, "\r\x1b[K[{}] {:3.0f} %  R {:.5f}  accepted {:.1f} %  {}{}", bar, 100 * f.fraction,
-             f.relative_error, 100 * f.acceptance, rate_text(f.rate), left);
+  fmt::print(stderr, "\r\x1b[K[{}] {:3.0f} %  {}{}", bar, 100 * f.fraction, f.bar, left);
   std::fflush(stderr);
   bar_open_ = true;
 }

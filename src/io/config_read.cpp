@@ -30,7 +30,9 @@ RunConfig ConfigReader::read(const Value& root) {
   axis_names_.clear();
   undecided_.clear();
   faults_.clear();
+  look_up_method(root);
   read_table(root, "", "", {.config = &config_});
+  if (config_.optimizer.method == Method::void_and_cluster) check_void_and_cluster(root);
   return config_;
 }
 
@@ -79,8 +81,9 @@ void ConfigReader::read_key(const std::vector<const Setting*>& rows, const Value
   const auto applying = std::find_if(rows.begin(), rows.end(), [&](const Setting* s) { return applies(*s, target); });
   if (applying == rows.end()) {
     if (value == nullptr) return;
+    undecided_.push_back(rows.front()->key);
     std::string needed;
-    for (const Setting* row : rows) needed += (needed.empty() ? "" : " or ") + toml_string(row->when.word);
+    for (const Setting* row : rows) needed += (needed.empty() ? "" : " or ") + row->when.to_string();
     const std::string_view decider = rows.front()->when.key;
     return fault(*value, shown,
                  fmt::format("applies only with {} = {}; here it is {}", row(decider).leaf(), needed,
@@ -135,7 +138,7 @@ void ConfigReader::read_value(const Setting& setting, const Value& value, const 
     case Type::groups:
       return read_groups(setting, value, shown);
     case Type::axes:
-      return read_axes(setting, value, shown, *target.group);
+      return read_axes(setting, value, shown, target);
     default:
       return read_scalar(setting, value, shown, target);
   }
@@ -176,23 +179,27 @@ void ConfigReader::read_number(const Setting& setting, double number, const Valu
       setting.field(target));
 }
 
-void ConfigReader::read_word(const Setting& setting, const Value& value, const std::string& shown,
-                             const Target& target) {
+bool ConfigReader::set_word(const Setting& setting, const Value& value, const Target& target) {
   const auto* text = std::get_if<std::string>(&value.data);
   const auto word = std::find_if(setting.words.begin(), setting.words.end(),
                                  [&](const Word& w) { return text != nullptr && w.word == *text; });
+  if (word == setting.words.end()) return false;
+  std::visit(
+      [&]<class T>(T* field) {
+        if constexpr (std::is_enum_v<T>) *field = static_cast<T>(word - setting.words.begin());
+      },
+      setting.field(target));
+  return true;
+}
+
+void ConfigReader::read_word(const Setting& setting, const Value& value, const std::string& shown,
+                             const Target& target) {
+  const auto* text = std::get_if<std::string>(&value.data);
   if (text == nullptr) {
     fault(value, shown, "must be " + setting.accepted());
-  } else if (word == setting.words.end()) {
+  } else if (!set_word(setting, value, target)) {
     fault(value, shown, unknown_word(*text, setting));
-  } else if (word->planned) {
-    fault(value, shown, "planned, but this version does not have it; accepted: " + list_of(setting.words));
   } else {
-    std::visit(
-        [&]<class T>(T* field) {
-          if constexpr (std::is_enum_v<T>) *field = static_cast<T>(word - setting.words.begin());
-        },
-        setting.field(target));
     if (setting.key == "filter.groups[].kernel") target.group->kernel = default_kernel(target.group->kernel.kind);
     return;
   }

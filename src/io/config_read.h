@@ -32,16 +32,21 @@ class ConfigReader {
   void read_number(const Setting& setting, double number, const Value& value, const std::string& shown,
                    const Target& target);
   void read_word(const Setting& setting, const Value& value, const std::string& shown, const Target& target);
+  // False, and nothing set, if the value is none of the setting's words.
+  bool set_word(const Setting& setting, const Value& value, const Target& target);
   void read_file(const Setting& setting, const Value& value, const std::string& shown, const Target& target);
   void read_size(const Setting& setting, const Value& value, const std::string& shown);
   void set_extents(const Value& value, const std::string& shown, const std::vector<std::int64_t>& sizes);
   void read_samples(const Setting& setting, const Value& value, const std::string& shown, const Target& target);
   void read_groups(const Setting& setting, const Value& value, const std::string& shown);
-  void read_axes(const Setting& setting, const Value& value, const std::string& shown, GroupSpec& group);
+  void read_axes(const Setting& setting, const Value& value, const std::string& shown, const Target& target);
   void read_stop(const Value& value, const std::string& shown, const Target& target);
   void check_weights(const Value& groups, const std::string& shown);
   void check_axes_are_disjoint(const Array& groups, const std::string& shown);
   void check_temperatures(const Value& value, const std::string& shown);
+  // Settings of all tables depend on the method, so it is looked up before they are read.
+  void look_up_method(const Value& root);
+  void check_void_and_cluster(const Value& root);
 
   // `shown = value: text`
   void fault(const Value& value, const std::string& shown, const std::string& text);

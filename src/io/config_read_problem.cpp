@@ -112,7 +112,9 @@ void ConfigReader::read_groups(const Setting& setting, const Value& value, const
   if (config_.problem.filter.combine == Combine::sum) check_weights(value, shown);
 }
 
-void ConfigReader::read_axes(const Setting& setting, const Value& value, const std::string& shown, GroupSpec& group) {
+void ConfigReader::read_axes(const Setting& setting, const Value& value, const std::string& shown,
+                             const Target& target) {
+  std::vector<int>& axes = *std::get<std::vector<int>*>(setting.field(target));
   std::vector<std::string> names;
   if (const auto* letters = std::get_if<std::string>(&value.data)) {
     for (const char letter : *letters) names.emplace_back(1, letter);
@@ -128,17 +130,18 @@ void ConfigReader::read_axes(const Setting& setting, const Value& value, const s
       names.push_back(*name);
     }
   }
-  if (names.empty()) return fault(value, shown, "must be " + setting.accepted());
+  const bool is_list = value.array() != nullptr || std::holds_alternative<std::string>(value.data);
+  if (!is_list || (names.empty() && setting.required)) return fault(value, shown, "must be " + setting.accepted());
   for (const std::string& name : names) {
     const auto axis = std::find(axis_names_.begin(), axis_names_.end(), name);
     const int index = static_cast<int>(axis - axis_names_.begin());
     if (axis_names_.empty()) continue;  // texture.size is in fault
     if (axis == axis_names_.end()) {
       fault(value, shown, fmt::format("no axis {}; the texture has {}", toml_string(name), quoted_list(axis_names_)));
-    } else if (std::find(group.axes.begin(), group.axes.end(), index) != group.axes.end()) {
+    } else if (std::find(axes.begin(), axes.end(), index) != axes.end()) {
       fault(value, shown, fmt::format("axis {} is named twice", toml_string(name)));
     } else {
-      group.axes.push_back(index);
+      axes.push_back(index);
     }
   }
 }

@@ -16,10 +16,10 @@ class ConfigWriter {
   std::string text() {
     std::string result;
     for (const Setting* table : below("")) {
+      const Items lines = items(table->key, {.config = &config_});
+      if (lines.empty()) continue;
       result += fmt::format("{}[{}]\n", result.empty() ? "" : "\n", table->key);
-      for (const auto& [key, value] : items(table->key, {.config = &config_})) {
-        result += fmt::format("{} = {}\n", key, value);
-      }
+      for (const auto& [key, value] : lines) result += fmt::format("{} = {}\n", key, value);
     }
     return result;
   }
@@ -56,7 +56,7 @@ class ConfigWriter {
       case Type::groups:
         return groups_text();
       case Type::axes:
-        return axes_text(*target.group);
+        return axes_text(*std::get<std::vector<int>*>(setting.field(target)));
       case Type::word:
         return toml_string(current_word(setting, target));
       default:
@@ -72,7 +72,7 @@ class ConfigWriter {
             return toml_string(written == config_.written_paths.end() ? *value : written->second);
           } else if constexpr (std::is_same_v<T, bool>) {
             return *value ? "true" : "false";
-          } else if constexpr (!std::is_enum_v<T>) {
+          } else if constexpr (std::is_arithmetic_v<T>) {
             if (setting.zero_is_unset && *value == T{}) return "";
             if constexpr (std::is_integral_v<T>) return std::to_string(*value);
             if (setting.type == Type::duration) return toml_string(fmt::format("{}s", *value));
@@ -100,11 +100,11 @@ class ConfigWriter {
     return text + "]";
   }
 
-  std::string axes_text(const GroupSpec& group) {
+  std::string axes_text(const std::vector<int>& axes) {
     std::string letters;
     std::string list;
     bool single_letters = true;
-    for (const int axis : group.axes) {
+    for (const int axis : axes) {
       const std::string& name = config_.problem.extents.name(axis);
       single_letters = single_letters && name.size() == 1;
       letters += name;

@@ -47,6 +47,10 @@ std::string Range::to_string() const {
   return text;
 }
 
+std::string Condition::to_string() const {
+  return fmt::format("\"{}\"", word) + (or_word.empty() ? "" : fmt::format(" or \"{}\"", or_word));
+}
+
 std::string Setting::accepted() const {
   const auto with_range = [&](std::string text) {
     const std::string bounds = range.to_string();
@@ -129,14 +133,15 @@ std::string_view current_word(const Setting& setting, const Target& target) {
 }
 
 bool applies(const Setting& setting, const Target& target) {
-  return setting.when.key.empty() || current_word(row(setting.when.key), target) == setting.when.word;
+  if (setting.when.key.empty()) return true;
+  const std::string_view word = current_word(row(setting.when.key), target);
+  return word == setting.when.word || word == setting.when.or_word;
 }
 
 std::string suggestion(std::string_view found, std::span<const Word> words) {
   std::vector<std::string> names;
   std::vector<std::string_view> leads_to;
   for (const Word& word : words) {
-    if (word.planned) continue;
     std::istringstream other_names{std::string(word.word) + ' ' + std::string(word.aliases)};
     for (std::string name; other_names >> name;) {
       names.push_back(name);
@@ -156,9 +161,7 @@ std::string unknown_word(std::string_view found, const Setting& setting) {
 
 std::string list_of(std::span<const Word> words) {
   std::string text;
-  for (const Word& word : words) {
-    if (!word.planned) text += (text.empty() ? "" : ", ") + std::string(word.word);
-  }
+  for (const Word& word : words) text += (text.empty() ? "" : ", ") + std::string(word.word);
   return text;
 }
 

@@ -34,7 +34,6 @@ struct Word {
   std::string_view word;
   std::string_view meaning;
   std::string_view aliases = {};
-  bool planned = false;  // known, but not in this version
 };
 
 // What a setting belongs to: the config, and one of its groups for the keys below filter.groups[].
@@ -45,19 +44,23 @@ struct Target {
 
 // The words of an enumeration are listed in the order of its values.
 using Field = std::variant<bool*, int*, std::int64_t*, std::uint64_t*, double*, std::string*, DistanceKind*, Combine*,
-                           KernelKind*, ValueKernelKind*, Method*, Precision*>;
+                           KernelKind*, ValueKernelKind*, Method*, Precision*, Equalize*, std::vector<int>*>;
 
-// The setting applies only where another setting has this word.
+// The setting applies only where another setting has this word, or the other one.
 struct Condition {
   std::string_view key = {};
   std::string_view word = {};
+  std::string_view or_word = {};
+
+  // `"anneal" or "fast"`
+  std::string to_string() const;
 };
 
 struct Setting {
   std::string_view key;
   Type type = Type::number;
   std::string_view sentence;
-  Field (*field)(const Target&) = nullptr;  // null for table, size, samples, groups and axes
+  Field (*field)(const Target&) = nullptr;  // null for table, size, samples and groups
   Range range = {};
   std::string_view unit = {};
   std::span<const Word> words = {};
@@ -70,7 +73,8 @@ struct Setting {
   std::string accepted() const;
 };
 
-// In the order of the effective config; a setting comes after the one that its condition names.
+// In the order of the effective config; a setting comes after the one that its condition names, except that the method
+// may be asked for anywhere.
 std::span<const Setting> all();
 // Rows directly below the table `parent` ("" for the top level). A key may have several rows with different conditions.
 std::vector<const Setting*> below(std::string_view parent);

@@ -45,13 +45,13 @@ std::string default_text(const Setting& setting) {
         if constexpr (std::is_same_v<T, bool>) return *value ? "true" : "false";
         if constexpr (std::is_same_v<T, double>) return settings::number_text(*value);
         if constexpr (std::is_integral_v<T>) return std::to_string(*value);
+        if constexpr (std::is_same_v<T, std::vector<int>>) return "\"\"";
         return {};
       },
       setting.field(target));
 }
 
 std::string described(const Setting& setting) {
-  const bool has_words = !setting.words.empty();
   std::string facts = setting.type == Type::word      ? "one of the words below"
                       : setting.type == Type::samples ? "one of the words below, or a table"
                                                       : setting.accepted();
@@ -60,11 +60,11 @@ std::string described(const Setting& setting) {
   if (const std::string value = default_text(setting); !value.empty()) facts += "; default " + value;
   if (!setting.when.key.empty()) {
     const std::string_view decider = settings::row(setting.when.key).leaf();
-    facts += fmt::format("; with {} = {}", decider, settings::toml_string(setting.when.word));
+    facts += fmt::format("; with {} = {}", decider, setting.when.to_string());
   }
   std::string text = fmt::format("  {}\n", setting.key) + wrapped(facts, 6) + wrapped(setting.sentence, 6);
   for (const settings::Word& word : setting.words) {
-    if (!word.planned && has_words) text += fmt::format("        {:<18} {}\n", word.word, word.meaning);
+    text += fmt::format("        {:<18} {}\n", word.word, word.meaning);
   }
   return text;
 }

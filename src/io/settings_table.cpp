@@ -54,12 +54,18 @@ constexpr Word value_kernel_table[] = {
 constexpr Word method_table[] = {
     {"anneal", "swaps inside a slice, accepted by temperature", "annealing simulated-annealing sa swap swaps"},
     {"fast", "the published algorithm of filter-adapted sampling, for comparison", "paper ea"},
-    {"void-and-cluster", "", "vc vnc void-cluster voidandcluster", true},
+    {"void-and-cluster", "pixels turned on one by one, each in the largest void: scalar blue noise masks",
+     "vc vnc void-cluster voidandcluster void_and_cluster ulichney"},
 };
 
 constexpr Word precision_table[] = {
     {"float", "32 bits", "single fp32 float32"},
     {"double", "64 bits", "dual fp64 float64"},
+};
+
+constexpr Word equalize_table[] = {
+    {"volume", "all slices together hold every level equally often", "all texture mask"},
+    {"slice", "each slice does; costs about 1 % more power at low frequencies", "frame slices"},
 };
 
 constexpr Range at_least(double least, double most = std::numeric_limits<double>::infinity()) {
@@ -75,6 +81,7 @@ constexpr double min_sigma = 0.001;
 
 constexpr Condition with_kernel(std::string_view word) { return {"filter.groups[].kernel", word}; }
 constexpr Condition with_method(std::string_view word) { return {"optimizer.method", word}; }
+constexpr Condition with_swaps = {"optimizer.method", "anneal", "fast"};
 
 }  // namespace
 
@@ -130,6 +137,7 @@ std::span<const Setting> all() {
        .type = Type::axes,
        .sentence = "The axes of the group: \"xy\", \"t\", or a list such as [\"time\"] where names are longer than a "
                    "letter. With product an axis belongs to one group.",
+       .field = [](const Target& t) -> Field { return &t.group->axes; },
        .required = true},
       {.key = "filter.groups[].kernel",
        .type = Type::word,
@@ -200,7 +208,8 @@ std::span<const Setting> all() {
        .type = Type::word,
        .sentence = "How alike two samples are.",
        .field = [](const Target& t) -> Field { return &t.config->problem.value_kernel.kind; },
-       .words = value_kernel_table},
+       .words = value_kernel_table,
+       .when = with_swaps},
       {.key = "energy.sigma_s",
        .type = Type::number,
        .sentence = "Distance at which two samples no longer count as alike.",
@@ -211,12 +220,14 @@ std::span<const Setting> all() {
       {.key = "optimizer", .type = Type::table, .sentence = "How it is made, and for how long."},
       {.key = "optimizer.method",
        .type = Type::word,
-       .sentence = "The algorithm.",
+       .sentence = "The algorithm. void-and-cluster needs samples \"uniform\" and gauss-energy kernels, and combine "
+                   "\"sum\" where there are several groups.",
        .field = [](const Target& t) -> Field { return &t.config->optimizer.method; },
        .words = method_table},
       {.key = "optimizer.stop",
        .type = Type::table,
-       .sentence = "When to stop: one of the four rules; { iterations = 1000 } if there is none."},
+       .sentence = "When to stop: one of the four rules; { iterations = 1000 } if there is none.",
+       .when = with_swaps},
       {.key = "optimizer.stop.iterations",
        .type = Type::integer,
        .sentence = "After that many; one iteration is one candidate pair for every two samples.",
@@ -245,12 +256,14 @@ std::span<const Setting> all() {
        .type = Type::word,
        .sentence = "Arithmetic of the energy; the score is always computed in double.",
        .field = [](const Target& t) -> Field { return &t.config->optimizer.precision; },
-       .words = precision_table},
+       .words = precision_table,
+       .when = with_swaps},
       {.key = "optimizer.cutoff",
        .type = Type::number,
        .sentence = "Taps of the overlap below this fraction of the largest are left out of the energy, never out of R.",
        .field = [](const Target& t) -> Field { return &t.config->optimizer.cutoff; },
-       .range = at_least(0, 0.5)},
+       .range = at_least(0, 0.5),
+       .when = with_swaps},
       {.key = "optimizer.background_rank",
        .type = Type::integer,
        .sentence = "Product filters over slices: features that stand for the other slices (four times as many in the "
@@ -286,6 +299,30 @@ std::span<const Setting> all() {
        .sentence = "Double that share when few swaps are accepted.",
        .field = [](const Target& t) -> Field { return &t.config->optimizer.grow_fraction; },
        .when = with_method("fast")},
+      {.key = "optimizer.density",
+       .type = Type::number,
+       .sentence = "Share of the pixels that the initial pattern turns on.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.density; },
+       .range = at_least(0, 0.5),
+       .when = with_method("void-and-cluster")},
+      {.key = "optimizer.bounded",
+       .type = Type::axes,
+       .sentence = "Axes that do not wrap around, written as those of a group; all others do.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.bounded; },
+       .when = with_method("void-and-cluster")},
+      {.key = "optimizer.bits",
+       .type = Type::integer,
+       .sentence = "0: samples are (order + 0.5) / pixels. n: they have 2^n levels, (level + 0.5) / 2^n, with equal "
+                   "counts.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.bits; },
+       .range = at_least(0, 16),
+       .when = with_method("void-and-cluster")},
+      {.key = "optimizer.equalize",
+       .type = Type::word,
+       .sentence = "What holds every level equally often.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.equalize; },
+       .words = equalize_table,
+       .when = with_method("void-and-cluster")},
   };
   return table;
 }

@@ -8,6 +8,7 @@
 
 #include "noiseloom/core/npy.h"
 #include "noiseloom/io/config.h"
+#include "noiseloom/io/order_checkpoint.h"
 #include "noiseloom/problem/sample_space.h"
 #include "noiseloom/study/json.h"
 #include "noiseloom/study/output_files.h"
@@ -201,6 +202,7 @@ std::vector<std::string> export_run_file(const std::string& path, const ExportOp
   if (reader.dataset("/samples") < 0) throw UserError(path, "holds no /samples");
   const RunConfig config =
       parse_config(content.config, path + ": /config", parent_directory(path), {}, MissingFiles::accepted);
+  require_finished_order(content, path);
   const ExportPlan plan = plan_export(path, content, config.problem, options);
   OutputFiles files(ops, options.overwrite);
   files.check(plan.targets);

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "noiseloom/io/checkpoint.h"
+#include "noiseloom/io/order_checkpoint.h"
 #include "noiseloom/io/run_file.h"
 #include "noiseloom/problem/sample_space.h"
 #include "noiseloom/study/sequence.h"
@@ -129,6 +130,7 @@ TextureFile run_file(const std::string& path, const std::optional<RunConfig>& co
   const RunFileContent& content = reader.content();
   const int samples = reader.dataset("/samples");
   if (samples < 0) throw UserError(path, "holds no /samples");
+  require_finished_order(content, path);
   TextureFile file;
   file.source = "run file";
   file.config =

@@ -179,9 +179,6 @@ TEST(ConfigFaults, NameKeysOfOtherKernelsAndMethods) {
 
 TEST(ConfigFaults, SayWhatIsPlanned) {
   expect_messages({
-      {&ConfigText::optimizer, "method = \"void-and-cluster\"",
-       "run.toml:14: optimizer.method = \"void-and-cluster\": planned, but this version does not have it; accepted: "
-       "anneal, fast"},
       {&ConfigText::samples, "samples = { image = \"sky.exr\" }",
        "run.toml:3: texture.samples.image = \"sky.exr\": planned, but this version does not have it"},
   });

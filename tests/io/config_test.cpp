@@ -54,6 +54,10 @@ void expect_equal(const RunConfig& a, const RunConfig& b) {
   EXPECT_EQ(a.optimizer.temperature_end, b.optimizer.temperature_end);
   EXPECT_EQ(a.optimizer.fraction, b.optimizer.fraction);
   EXPECT_EQ(a.optimizer.grow_fraction, b.optimizer.grow_fraction);
+  EXPECT_EQ(a.optimizer.density, b.optimizer.density);
+  EXPECT_EQ(a.optimizer.bounded, b.optimizer.bounded);
+  EXPECT_EQ(a.optimizer.bits, b.optimizer.bits);
+  EXPECT_EQ(a.optimizer.equalize, b.optimizer.equalize);
 }
 
 void expect_round_trip(const RunConfig& config, const std::string& folder = "") {
@@ -202,7 +206,7 @@ TEST(Config, EveryConfigOfTheRepositoryRoundTrips) {
     expect_round_trip(load_config(entry.path().string(), {}));
     ++count;
   }
-  EXPECT_GE(count, 5);
+  EXPECT_GE(count, 10);
 }
 
 TEST(Config, TextIsStableAndReadable) {
@@ -358,11 +362,17 @@ TEST(DescribeSettings, NamesEveryKeyThatAConfigCanHold) {
                           "optimizer.temperature.start",
                           "optimizer.temperature.end",
                           "optimizer.fraction",
-                          "optimizer.grow_fraction"}) {
+                          "optimizer.grow_fraction",
+                          "optimizer.density",
+                          "optimizer.bounded",
+                          "optimizer.bits",
+                          "optimizer.equalize"}) {
     EXPECT_THAT(text, HasSubstr("\n  " + std::string(key) + "\n")) << key;
   }
   EXPECT_THAT(text, HasSubstr("default 1.9; with kernel = \"gauss-energy\""));
   EXPECT_THAT(text, HasSubstr("default 0.125; with method = \"fast\""));
+  EXPECT_THAT(text, HasSubstr("default 0.1; with method = \"void-and-cluster\""));
+  EXPECT_THAT(text, HasSubstr("default \"distance\"; with method = \"anneal\" or \"fast\""));
 }
 
 }  // namespace

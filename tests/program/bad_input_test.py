@@ -57,6 +57,28 @@ class BadInput(ProgramTest):
         self.refused(change("[filter]", "[filter"), "bad.toml:5")
         self.refused(GOOD, "--set", arguments=("--set", "texture.seed=many"))
 
+    def test_configs_of_void_and_cluster(self):
+        method = ("--set", "optimizer.method=void-and-cluster")
+        here = 'here it is "void-and-cluster"'
+        self.refused(GOOD, "bad.toml:7", '"gauss-energy"', "bad.toml:8", "bad.toml:10", here, "3 errors", arguments=method)
+        text = GOOD.replace('kernel = "gauss", sigma = 1.0', 'kernel = "gauss-energy"').replace("stop = { iterations = 3 }", "")
+        text = text.replace('kernel = "ema", alpha = 0.1, rejection = 0.1', 'kernel = "gauss-energy"')
+        self.refused(text, "optimizer.bits = 17", "from 0 to 16", arguments=(*method, "--set", "optimizer.bits=17"))
+        self.refused(text, "optimizer.bounded", '"w"', "x, y, t", arguments=(*method, "--set", "optimizer.bounded=tw"))
+        self.refused(text, "optimizer.density = 0.6", arguments=(*method, "--set", "optimizer.density=0.6"))
+        self.refused(text.replace('"sum"', '"product"').replace(", weight = 0.5", ""), "bad.toml:6", 'combine = "sum"', arguments=method)
+        self.refused(text.replace("weight = 0.5 },", "weight = 0.4 },").replace("weight = 0.5 }", "weight = 0.6 }"),
+                     "bad.toml:7", "bad.toml:8", "weigh the same", arguments=method)
+        self.refused(text.replace('"uniform"', '"sphere"'), "bad.toml:3", '"uniform"', arguments=method)
+        self.refused(GOOD, "optimizer.bits", "void-and-cluster", arguments=("--set", "optimizer.bits=8"))
+        # A run is not resumed as one of another method.
+        config = self.write("good.toml", text)
+        self.run_program("generate", config, "-o", "mask.h5", *method)
+        before = digest(self.folder / "mask.h5")
+        done = self.run_program("generate", config, "-o", "mask.h5", "--resume", expect=2)
+        self.assertIn("optimizer.method", done.stderr)
+        self.assertEqual(digest(self.folder / "mask.h5"), before)
+
     def test_all_faults_at_once(self):
         text = GOOD.replace("seed ", "sede ").replace("t = 3", "t = 0").replace("sigma = 1.0", "sigma = -1.0")
         self.refused(text, "bad.toml:2", "bad.toml:4", "bad.toml:7", "3 errors; nothing was started")

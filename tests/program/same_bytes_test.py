@@ -42,6 +42,19 @@ groups  = [ { axes = "xy", kernel = "box", size = 3 } ]
 stop = { iterations = 20 }
 """
 
+VOID_AND_CLUSTER = """
+[texture]
+size    = { x = 14, y = 9, z = 3, w = 5 }
+[filter]
+combine = "sum"
+groups  = [ { axes = "xy", kernel = "gauss-energy", sigma = 1.2 }, { axes = "zw", kernel = "gauss-energy", sigma = 1.0 } ]
+[optimizer]
+method   = "void-and-cluster"
+bounded  = "w"
+bits     = 6
+equalize = "slice"
+"""
+
 FAST = PRODUCT.replace("[optimizer]", '[optimizer]\nmethod = "fast"').replace("hemisphere-cosine", "gauss")
 
 
@@ -51,9 +64,10 @@ class SameBytes(ProgramTest):
         return self.samples_checksum("run.h5")
 
     def test_ranks_threads_and_processors(self):
-        for name, text in (("product", PRODUCT), ("sum", SUM), ("tiles", TILES), ("fast", FAST)):
+        for name, text in (("product", PRODUCT), ("sum", SUM), ("tiles", TILES), ("fast", FAST),
+                           ("void and cluster", VOID_AND_CLUSTER)):
             with self.subTest(name):
-                config = self.write(name + ".toml", text)
+                config = self.write(name.replace(" ", "-") + ".toml", text)
                 expected = self.checksum(config, "--threads", 1)
                 for ranks, threads in ((1, 2), (2, 1), (3, 1), (3, 2), (5, 1), (13, 1)):
                     self.assertEqual(self.checksum(config, "--threads", threads, ranks=ranks), expected, (ranks, threads))

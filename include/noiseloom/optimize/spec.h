@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 namespace noiseloom {
 
-enum class Method { anneal, fast };
+enum class Method { anneal, fast, void_and_cluster };
 enum class Precision { single, dual };  // float, double
+// Void and cluster: what holds every level equally often, the whole volume or each slice of it.
+enum class Equalize { volume, slice };
 
 // Exactly one rule is set; the others are zero.
 struct StopSpec {
@@ -26,6 +29,11 @@ struct OptimizerSpec {
   double temperature_end = 0;
   double fraction = 0.125;    // fast: first value of gamma
   bool grow_fraction = true;  // fast: double gamma when few swaps are accepted (the paper's rule)
+  // Void and cluster (optimize/void_and_cluster.h):
+  double density = 0.10;     // of the initial pattern
+  std::vector<int> bounded;  // axes that do not wrap around
+  int bits = 0;              // 0: samples as fine as float32 holds them; else 2^bits levels
+  Equalize equalize = Equalize::volume;
 };
 
 }  // namespace noiseloom

@@ -1,0 +1,117 @@
+// The methods that swap samples: anneal and fast.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "noiseloom/io/checkpoint.h"
+#include "noiseloom/optimize/engine.h"
+#include "noiseloom_job.h"
+
+namespace noiseloom {
+namespace {
+
+class SwapJob : public Job {
+ public:
+  explicit SwapJob(const RunConfig& config)
+      : config_(config),
+        source_(config.problem.samples, config.problem.extents.cells_per_slice(), config.problem.extents.num_slices(),
+                config.problem.seed) {}
+
+  void prepare(const Communicator& communicator, ThreadPool& pool) override {
+    communicator_ = &communicator;
+    communicator.together([&] { engine_.emplace(config_.problem, config_.optimizer, source_, communicator, pool); });
+  }
+  void start(double) override { engine_->start(); }
+  void restore(const RunFileReader* saved) override {
+    restore_run(saved, config_.problem.extents, *engine_, *communicator_);
+  }
+  void step(double run_s) override { engine_->step(run_s); }
+  bool finished() const override { return engine_->finished(); }
+  std::string save(const SaveTarget& target) override {
+    return save_run(posix_file_ops(), target.path, config_, source_, *engine_, *communicator_, target.inputs,
+                    target.provenance);
+  }
+
+  std::string title() const override {
+    return fmt::format("{} of {}, {}", config_.problem.extents.to_string(), sample_space_name(config_.problem.samples),
+                       config_.optimizer.method == Method::fast ? "fast" : "anneal");
+  }
+  bool is_coupled() const override { return engine_->couples_slices(); }
+  std::string position() const override {
+    return fmt::format("iteration {}, R {:.5f}", engine_->iterations(), engine_->history().back().relative_error);
+  }
+  std::size_t num_rows() const override { return engine_->history().size(); }
+  ProgressFigures figures(double run_s, double part_s) override;
+  std::vector<std::pair<std::string, std::string>> summary(double run_s) override;
+
+ private:
+  const RunConfig& config_;
+  SampleSource source_;
+  const Communicator* communicator_ = nullptr;
+  std::optional<Engine> engine_;
+  Pace pace_;
+};
+
+ProgressFigures SwapJob::figures(double run_s, double part_s) {
+  const Moment moment = engine_->moment();
+  const SweepFigures& sweep = engine_->last_sweep();
+  const StopSpec& stop = config_.optimizer.stop;
+  const bool by_time = stop.time_s > 0;
+  ProgressFigures f;
+  f.fraction = by_time ? std::min(1.0, run_s / stop.time_s) : 0;
+  if (moment.round_length > 0) {
+    f.fraction = static_cast<double>(moment.sweep_in_round) / static_cast<double>(moment.round_length);
+  }
+  const double left = pace_.left_s(f.fraction, part_s);
+  if (by_time) {
+    f.left_s = std::max(0.0, stop.time_s - run_s);
+  } else if (stop.iterations > 0) {
+    f.left_s = left;
+  }
+  const double candidates = static_cast<double>(engine_->candidates_done()) * communicator_->size();
+  const double rate = part_s > 0 ? candidates / part_s : 0;
+  f.json = fmt::format(
+      "\"iterations\": {}, \"of\": {}, \"temperature\": {:.6g}, \"acceptance\": {:.6g}, \"relative_error\": {:.8g}, "
+      "\"candidates_per_second\": {:.6g}, \"seconds\": {:.3f}",
+      engine_->iterations(), stop.iterations, sweep.temperature, sweep.acceptance, sweep.relative_error, rate, run_s);
+  const std::string pace = rate_text(rate, "candidates");
+  f.bar = fmt::format("R {:.5f}  accepted {:.1f} %  {}", sweep.relative_error, 100 * sweep.acceptance, pace);
+  f.plain = fmt::format("iteration {}{}  {} {:.3g}  accepted {:.1f} %  R {:.5f}  {}  {}", engine_->iterations(),
+                        stop.iterations > 0 ? fmt::format("/{}", stop.iterations) : "",
+                        config_.optimizer.method == Method::fast ? "gamma" : "T", sweep.temperature,
+                        100 * sweep.acceptance, sweep.relative_error, pace, duration_text(run_s));
+  return f;
+}
+
+std::vector<std::pair<std::string, std::string>> SwapJob::summary(double run_s) {
+  std::int64_t totals[] = {engine_->candidates_done(), engine_->bytes_sent(), engine_->messages_sent()};
+  communicator_->sum(totals);
+  const auto candidates = static_cast<double>(totals[0]);
+  const auto bytes = static_cast<double>(totals[1]);
+  const std::vector<HistoryRow>& history = engine_->history();
+  std::vector<std::pair<std::string, std::string>> lines = {
+      {"R", fmt::format("{:.5f}   (white noise 1, at the start {:.5f})", history.back().relative_error,
+                        history.front().relative_error)},
+      {"effort", fmt::format("{} iterations, {:.3g} candidates in this part, {}", engine_->iterations(), candidates,
+                             duration_text(run_s))},
+      {"stopped by", engine_->finished_by()}};
+  if (communicator_->size() > 1) {
+    const double visits = candidates * 2 / static_cast<double>(engine_->iterations_per_sweep());
+    lines.emplace_back("exchange",
+                       fmt::format("{} messages, {:.3g} MB between ranks in this part, {:.3g} B a sample and sweep",
+                                   totals[2], bytes / 1e6, candidates > 0 ? bytes / visits : 0.0));
+  }
+  return lines;
+}
+
+}  // namespace
+
+std::unique_ptr<Job> make_swap_job(const RunConfig& config) { return std::make_unique<SwapJob>(config); }
+
+std::unique_ptr<Job> make_job(const RunConfig& config) {
+  return config.optimizer.method == Method::void_and_cluster ? make_order_job(config) : make_swap_job(config);
+}
+
+}  // namespace noiseloom
