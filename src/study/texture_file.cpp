@@ -9,6 +9,7 @@
 #include "noiseloom/io/checkpoint.h"
 #include "noiseloom/io/run_file.h"
 #include "noiseloom/problem/sample_space.h"
+#include "noiseloom/study/pixel_order.h"
 #include "noiseloom/study/sequence.h"
 #include "study/texture_loaders.h"
 
@@ -122,14 +123,24 @@ RunConfig with_filter_of(RunConfig stored, const RunConfig& given, const std::st
   return stored;
 }
 
+std::vector<std::uint64_t> ranks_of(const PixelOrder& order, const Extents& extents) {
+  const std::size_t cells = static_cast<std::size_t>(extents.cells_per_slice());
+  const SliceIndex count = std::min(ranked_slices, extents.num_slices());
+  std::vector<std::uint64_t> ranks(cells * static_cast<std::size_t>(count));
+  for (SliceIndex s = 0; s < count; ++s)
+    order.read_slice(s, std::span(ranks).subspan(cells * static_cast<std::size_t>(s), cells));
+  return ranks;
+}
+
 }  // namespace
 
 TextureFile run_file(const std::string& path, const std::optional<RunConfig>& config) {
   const RunFileReader reader(path);
   const RunFileContent& content = reader.content();
+  TextureFile file;
+  if (reader.dataset("/order") >= 0) file.ranks = ranks_of(PixelOrder(reader, path), content.extents);
   const int samples = reader.dataset("/samples");
   if (samples < 0) throw UserError(path, "holds no /samples");
-  TextureFile file;
   file.source = "run file";
   file.config =
       parse_config(content.config, path + ": /config", config_folder(content, path), {}, MissingFiles::accepted);

@@ -11,7 +11,7 @@ struct PlotLine {
   std::vector<double> x;
   std::vector<double> y;
   // front: broad and pale, to lie under other lines; points: markers alone
-  enum class Style { main, second, dashed, front, points } style = Style::main;
+  enum class Style { main, second, third, fourth, fifth, dashed, front, points } style = Style::main;
   std::vector<std::string> names = {};  // of the points: each then has a marker that shows its name under the mouse
   std::vector<std::string> notes = {};  // short ones that stand at the points, where there is room
 };
