@@ -158,6 +158,24 @@ std::vector<double> Communicator::gather_all(const Partition& partition, std::sp
   return all;
 }
 
+std::vector<std::byte> Communicator::gather_all(std::span<const std::byte> own) const {
+  if (size() == 1) return {own.begin(), own.end()};
+  const int count = narrow<int>(own.size());
+  std::vector<int> counts(static_cast<std::size_t>(size()));
+  check_mpi(MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, impl_->comm), "MPI_Allgather");
+  std::vector<int> starts;
+  std::int64_t total = 0;
+  for (const int part : counts) {
+    starts.push_back(narrow<int>(total));
+    total += part;
+  }
+  std::vector<std::byte> all(static_cast<std::size_t>(total));
+  check_mpi(
+      MPI_Allgatherv(own.data(), count, MPI_BYTE, all.data(), counts.data(), starts.data(), MPI_BYTE, impl_->comm),
+      "MPI_Allgatherv");
+  return all;
+}
+
 void Communicator::agree(std::exception_ptr own) const {
   const int none = size();
   int first = own ? rank() : none;

@@ -7,6 +7,7 @@
 
 #include "noiseloom/core/random.h"
 #include "optimize/vac_candidates.h"
+#include "optimize/vac_order.h"
 #include "optimize/vac_selector.h"
 #include "optimize/vac_swapper.h"
 
@@ -67,33 +68,23 @@ std::vector<std::uint64_t> vac_start_pattern(const VacSpec& spec) {
   return points;
 }
 
-VacOrder::VacOrder(std::int64_t num_cells) {
-  const auto n = static_cast<std::size_t>(num_cells);
-  if (n < std::numeric_limits<std::uint32_t>::max() - 1U) {
-    narrow_.assign(n, std::numeric_limits<std::uint32_t>::max());
-  } else {
-    wide_.assign(n, std::numeric_limits<std::uint64_t>::max());
-  }
-}
-
 struct VoidAndCluster::Impl {
-  Impl(const VacSpec& spec_in, VacState state_in)
-      : spec(spec_in),
+  Impl(const VacSpec& spec_in, const Communicator& communicator_in)
+      : communicator(communicator_in),
+        spec(spec_in),
+        partition(spec.extents.num_slices(), communicator.size()),
         kernel(spec),
         hash(spec.seed),
         field(spec, kernel, 0, spec.extents.num_slices()),
         selector(spec, kernel),
         swapper(field, hash),
-        state(std::move(state_in)) {
-    enter_phase();
-  }
+        order(spec.extents, 0, spec.extents.num_slices()) {}
 
   // Ascending.
   template <class IsOn>
   std::vector<std::uint64_t> positions_where(const IsOn& is_on) const {
     std::vector<std::uint64_t> positions;
-    const auto n = static_cast<std::uint64_t>(state.order.size());
-    for (std::uint64_t p = 0; p < n; ++p) {
+    for (std::uint64_t p = order.begin(); p < order.end(); ++p) {
       if (is_on(p)) positions.push_back(p);
     }
     return positions;
@@ -103,12 +94,12 @@ struct VoidAndCluster::Impl {
   void enter_phase() {
     field.clear();
     if (state.phase == VacPhase::fill) {
-      field.turn_on(positions_where([&](std::uint64_t p) { return state.order.has_rank(p); }));
+      field.turn_on(positions_where([&](std::uint64_t p) { return order.has_rank(p); }));
       field.refresh_bounds(VacView::voids);
       return;
     }
     if (state.phase == VacPhase::done) return;
-    field.turn_on(positions_where([&](std::uint64_t p) { return state.order.is_on(p); }));
+    field.turn_on(positions_where([&](std::uint64_t p) { return order.is_on(p); }));
     field.refresh_bounds(VacView::clusters);
   }
 
@@ -119,8 +110,8 @@ struct VoidAndCluster::Impl {
       field.refresh_bounds(VacView::clusters);
       return;
     }
-    state.order.set_off(swap->from);
-    state.order.set_on(swap->to);
+    order.set_off(swap->from);
+    order.set_on(swap->to);
     ++state.num_swaps;
   }
 
@@ -132,7 +123,7 @@ struct VoidAndCluster::Impl {
     selector.select(view, candidates, limit, static_cast<std::size_t>(max_picks), picks);
     for (const std::uint32_t i : picks) {
       const auto rank = filling ? state.num_ranked : state.num_start_points - 1 - state.num_ranked;
-      state.order.set_rank(candidates[i].position, static_cast<std::uint64_t>(rank));
+      order.set_rank(candidates[i].position, static_cast<std::uint64_t>(rank));
       ++state.num_ranked;
     }
     picked.clear();
@@ -163,13 +154,13 @@ struct VoidAndCluster::Impl {
       } else if (state.phase == VacPhase::drain && state.num_ranked == state.num_start_points) {
         state.phase = VacPhase::fill;
         enter_phase();
-      } else if (state.num_ranked == state.order.size()) {
+      } else if (state.num_ranked == spec.extents.num_cells()) {
         state.phase = VacPhase::done;
       } else {
         max_picks -= pick(max_picks);
       }
     }
-    if (state.num_ranked == state.order.size()) state.phase = VacPhase::done;
+    if (state.num_ranked == spec.extents.num_cells()) state.phase = VacPhase::done;
   }
 
   std::size_t max_candidates() const { return std::max<std::size_t>(4096, field.bounds().size()); }
@@ -182,13 +173,16 @@ struct VoidAndCluster::Impl {
     return has_far_plane ? 0.4 : 0.1;
   }
 
+  const Communicator& communicator;
   VacSpec spec;
+  Partition partition;
   VacKernel kernel;
   VacTieHash hash;
   VacField field;
   VacSelector selector;
   VacSwapper swapper;
-  VacState state;
+  VacProgress state;
+  VacOrder order;
   std::vector<VacCandidate> candidates;
   std::vector<std::uint32_t> picks;
   std::vector<std::uint64_t> picked;
@@ -196,31 +190,48 @@ struct VoidAndCluster::Impl {
 
 namespace {
 
-VacState start_state(const VacSpec& spec) {
+const VacSpec& checked(const VacSpec& spec) {
   check_vac_spec(spec);
-  VacState state{.order = VacOrder(spec.extents.num_cells())};
-  const auto points = vac_start_pattern(spec);
-  for (const std::uint64_t position : points) state.order.set_on(position);
-  state.num_start_points = static_cast<std::int64_t>(points.size());
-  return state;
+  return spec;
 }
 
 }  // namespace
 
-VoidAndCluster::VoidAndCluster(const VacSpec& spec) : VoidAndCluster(spec, start_state(spec)) {}
-VoidAndCluster::VoidAndCluster(const VacSpec& spec, VacState state)
-    : impl_(std::make_unique<Impl>(spec, std::move(state))) {}
+VoidAndCluster::VoidAndCluster(const VacSpec& spec, const Communicator& communicator, ThreadPool&)
+    : impl_(std::make_unique<Impl>(checked(spec), communicator)) {}
 VoidAndCluster::~VoidAndCluster() = default;
-VoidAndCluster::VoidAndCluster(VoidAndCluster&&) noexcept = default;
-VoidAndCluster& VoidAndCluster::operator=(VoidAndCluster&&) noexcept = default;
+
+void VoidAndCluster::start() {
+  const auto points = vac_start_pattern(impl_->spec);
+  impl_->state = {.num_start_points = static_cast<std::int64_t>(points.size())};
+  for (std::uint64_t p = impl_->order.begin(); p < impl_->order.end(); ++p) impl_->order.set_off(p);
+  for (const std::uint64_t position : points) impl_->order.set_on(position);
+  impl_->enter_phase();
+}
+
+void VoidAndCluster::restore(const VacProgress& progress,
+                             const std::function<std::vector<std::byte>(SliceIndex)>& order) {
+  const int rank = impl_->communicator.rank();
+  std::vector<std::byte> own;
+  for (SliceIndex slice = impl_->partition.begin(rank); slice < impl_->partition.end(rank); ++slice) {
+    const auto bytes = order(slice);
+    own.insert(own.end(), bytes.begin(), bytes.end());
+  }
+  const auto all = impl_->communicator.gather_all(own);
+  const std::size_t slice_bytes = all.size() / static_cast<std::size_t>(impl_->partition.num_slices());
+  for (SliceIndex slice = 0; slice < impl_->partition.num_slices(); ++slice) {
+    impl_->order.set_bytes(slice, std::span(all).subspan(static_cast<std::size_t>(slice) * slice_bytes, slice_bytes));
+  }
+  impl_->state = progress;
+  impl_->enter_phase();
+}
 
 void VoidAndCluster::advance(std::int64_t max_picks) { impl_->advance(max_picks); }
-const VacState& VoidAndCluster::state() const { return impl_->state; }
-
-VacOrder void_and_cluster(const VacSpec& spec) {
-  VoidAndCluster run(spec);
-  run.advance(std::numeric_limits<std::int64_t>::max());
-  return run.state().order;
-}
+const VacProgress& VoidAndCluster::progress() const { return impl_->state; }
+const Partition& VoidAndCluster::partition() const { return impl_->partition; }
+bool VoidAndCluster::wide() const { return impl_->order.wide(); }
+std::vector<std::byte> VoidAndCluster::order(SliceIndex slice) const { return impl_->order.bytes(slice); }
+std::int64_t VoidAndCluster::collectives() const { return 0; }
+std::int64_t VoidAndCluster::bytes_sent() const { return 0; }
 
 }  // namespace noiseloom

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 #include <set>
 #include <string>
@@ -27,19 +28,61 @@ VacSpec make_spec(std::vector<std::int64_t> sizes, std::vector<std::vector<int>>
   return spec;
 }
 
-std::vector<std::uint64_t> ranks_of(const VacOrder& order) {
-  std::vector<std::uint64_t> ranks;
-  for (std::int64_t p = 0; p < order.size(); ++p) ranks.push_back(order.rank(static_cast<std::uint64_t>(p)));
-  return ranks;
+// MPI for the whole test program.
+class MpiEnvironment : public testing::Environment {
+ public:
+  void SetUp() override {
+    int argc = 0;
+    char** argv = nullptr;
+    session_ = std::make_unique<MpiSession>(argc, argv);
+  }
+  void TearDown() override { session_.reset(); }
+
+ private:
+  std::unique_ptr<MpiSession> session_;
+};
+[[maybe_unused]] const auto* const mpi = testing::AddGlobalTestEnvironment(new MpiEnvironment);
+
+// A run on this process alone.
+class LocalRun {
+ public:
+  explicit LocalRun(const VacSpec& spec, int num_threads = 1)
+      : communicator_(Communicator::self()), pool_(num_threads), run_(spec, communicator_, pool_) {
+    run_.start();
+  }
+  VoidAndCluster& operator*() { return run_; }
+  VoidAndCluster* operator->() { return &run_; }
+  std::vector<std::uint64_t> ranks() const {
+    std::vector<std::uint64_t> ranks;
+    for (SliceIndex slice = 0; slice < run_.partition().num_slices(); ++slice) {
+      const auto bytes = run_.order(slice);
+      std::vector<std::uint32_t> part(bytes.size() / sizeof(std::uint32_t));
+      std::memcpy(part.data(), bytes.data(), bytes.size());
+      ranks.insert(ranks.end(), part.begin(), part.end());
+    }
+    return ranks;
+  }
+
+ private:
+  Communicator communicator_;
+  ThreadPool pool_;
+  VoidAndCluster run_;
+};
+
+std::vector<std::uint64_t> ranks_of(const VacSpec& spec) {
+  LocalRun run(spec);
+  run->advance(everything);
+  EXPECT_TRUE(run->done());
+  return run.ranks();
 }
 
 void expect_equals_oracle(const VacSpec& spec) {
   oracle::VoidAndClusterOracle slow(spec, VacKernel(spec).scale_log2());
-  VoidAndCluster fast(spec);
-  fast.advance(everything);
-  ASSERT_TRUE(fast.done());
-  EXPECT_EQ(ranks_of(fast.state().order), slow.order()) << spec.extents.to_string();
-  EXPECT_EQ(fast.state().num_swaps, slow.num_swaps());
+  LocalRun fast(spec);
+  fast->advance(everything);
+  ASSERT_TRUE(fast->done());
+  EXPECT_EQ(fast.ranks(), slow.order()) << spec.extents.to_string();
+  EXPECT_EQ(fast->progress().num_swaps, slow.num_swaps());
 }
 
 TEST(VoidAndCluster, EqualsSlowTwinIn2D) {
@@ -140,7 +183,7 @@ TEST(VoidAndCluster, EqualsSlowTwinForAnyNumberOfStartPoints) {
 TEST(VoidAndCluster, RanksByHashAloneWhenAllPixelsTie) {
   const VacSpec spec = make_spec({127, 131}, {{0, 1}}, 0.05);
   ASSERT_EQ(VacKernel(spec).weight_sum(), 0U);
-  const auto ranks = ranks_of(void_and_cluster(spec));
+  const auto ranks = ranks_of(spec);
   const VacTieHash hash(spec.seed);
   std::vector<std::uint64_t> by_hash(ranks.size());
   std::iota(by_hash.begin(), by_hash.end(), 0U);
@@ -149,29 +192,29 @@ TEST(VoidAndCluster, RanksByHashAloneWhenAllPixelsTie) {
 }
 
 TEST(VoidAndCluster, RanksEveryPixelOnce) {
-  auto ranks = ranks_of(void_and_cluster(make_spec({61, 67, 7}, {{0, 1}, {2}})));
+  auto ranks = ranks_of((make_spec({61, 67, 7}, {{0, 1}, {2}})));
   std::sort(ranks.begin(), ranks.end());
   for (std::size_t i = 0; i < ranks.size(); ++i) ASSERT_EQ(ranks[i], i);
 }
 
 TEST(VoidAndCluster, DoesNotDependOnHowPicksAreDivided) {
   const VacSpec spec = make_spec({23, 19, 6}, {{0, 1}, {2}});
-  const VacOrder whole = void_and_cluster(spec);
+  const auto whole = ranks_of(spec);
   for (const std::int64_t batch : {1, 2, 7, 100}) {
-    VoidAndCluster run(spec);
-    while (!run.done()) run.advance(batch);
-    EXPECT_EQ(run.state().order, whole) << batch;
+    LocalRun run(spec);
+    while (!run->done()) run->advance(batch);
+    EXPECT_EQ(run.ranks(), whole) << batch;
   }
 }
 
 TEST(VoidAndCluster, DoesNotDependOnTheWidthOfVectors) {
   const VacSpec spec = make_spec({37, 23, 5, 3}, {{0, 1}, {2, 3}});
-  const VacOrder best = void_and_cluster(spec);
+  const auto best = ranks_of(spec);
   for (std::int64_t rest = hwy::SupportedTargets() & HWY_TARGETS; rest != 0; rest &= rest - 1) {
     const std::int64_t target = rest & -rest;
     hwy::SetSupportedTargetsForTest(target);
     hwy::GetChosenTarget().DeInit();
-    EXPECT_EQ(void_and_cluster(spec), best) << hwy::TargetName(target);
+    EXPECT_EQ(ranks_of(spec), best) << hwy::TargetName(target);
   }
   hwy::SetSupportedTargetsForTest(0);
   hwy::GetChosenTarget().DeInit();
@@ -179,25 +222,26 @@ TEST(VoidAndCluster, DoesNotDependOnTheWidthOfVectors) {
 
 TEST(VoidAndCluster, ContinuesFromTheStateBetweenAnyTwoPicks) {
   const VacSpec spec = make_spec({11, 7, 5}, {{0, 1}, {2}});
-  const VacOrder whole = void_and_cluster(spec);
+  const auto whole = ranks_of(spec);
   std::set<VacPhase> phases;
-  VoidAndCluster straight(spec);
-  for (; !straight.done(); straight.advance(1)) {
-    phases.insert(straight.state().phase);
-    VoidAndCluster resumed(spec, straight.state());
-    resumed.advance(everything);
-    ASSERT_EQ(resumed.state().order, whole);
-    ASSERT_TRUE(resumed.done());
+  LocalRun straight(spec);
+  for (; !straight->done(); straight->advance(1)) {
+    phases.insert(straight->progress().phase);
+    LocalRun resumed(spec);
+    resumed->restore(straight->progress(), [&](SliceIndex slice) { return straight->order(slice); });
+    resumed->advance(everything);
+    ASSERT_EQ(resumed.ranks(), whole);
+    ASSERT_TRUE(resumed->done());
   }
   EXPECT_EQ(phases.size(), 3U);
 }
 
 TEST(VoidAndCluster, DoesAtMostAsManyPicksAsAsked) {
-  VoidAndCluster run(make_spec({16, 16}, {{0, 1}}));
-  while (!run.done()) {
-    const auto before = run.state();
-    run.advance(5);
-    const auto& after = run.state();
+  LocalRun run(make_spec({16, 16}, {{0, 1}}));
+  while (!run->done()) {
+    const auto before = run->progress();
+    run->advance(5);
+    const auto& after = run->progress();
     ASSERT_LE(after.num_swaps + after.num_ranked, before.num_swaps + before.num_ranked + 5);
   }
 }
@@ -307,7 +351,7 @@ TEST(CheckVacSpec, NamesEveryFault) {
                                testing::HasSubstr("axis 0 occurs more than once"), testing::HasSubstr("sigma = -1"),
                                testing::HasSubstr("density = 0.7"), testing::HasSubstr("toroidal has 1 values")));
   }
-  EXPECT_THROW(VoidAndCluster{spec}, UserError);
+  EXPECT_THROW(LocalRun{spec}, UserError);
 }
 
 }  // namespace

@@ -60,6 +60,9 @@ class Communicator {
   // rank. *Collective*
   std::vector<double> gather_all(const Partition& partition, std::span<const double> own) const;
 
+  // The bytes of all ranks, one rank's after the other's, on every rank. *Collective* (two of MPI's)
+  std::vector<std::byte> gather_all(std::span<const std::byte> own) const;
+
   // If any rank has an exception, all throw that of the lowest such rank: UserError as SharedUserError, anything else
   // as SharedEnvironmentError with its words. *Collective*
   void agree(std::exception_ptr own) const;

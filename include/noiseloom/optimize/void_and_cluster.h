@@ -18,12 +18,15 @@
 //          place of what is on, because the energies of the two add up to the same constant everywhere (on a torus).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "noiseloom/core/extents.h"
+#include "noiseloom/core/parallel.h"
+#include "noiseloom/dist/communicator.h"
 
 namespace noiseloom {
 
@@ -67,80 +70,51 @@ class VacTieHash {
 // Positions (ascending) of the random pattern that the swap phase starts from: floor(density * pixels) distinct pixels.
 std::vector<std::uint64_t> vac_start_pattern(const VacSpec& spec);
 
-// The rank of every pixel, x fastest (position = cell + cells_per_slice * slice). uint32 up to 2^32 - 2 pixels, else
-// uint64: the two largest values mark pixels that have no rank yet.
-class VacOrder {
- public:
-  explicit VacOrder(std::int64_t num_cells);
-  std::int64_t size() const { return wide() ? narrow_size(wide_) : narrow_size(narrow_); }
-  bool wide() const { return narrow_.empty(); }
-
-  bool has_rank(std::uint64_t position) const { return get(position) < on(); }
-  bool is_on(std::uint64_t position) const { return get(position) == on(); }
-  std::uint64_t rank(std::uint64_t position) const { return get(position); }
-  void set_rank(std::uint64_t position, std::uint64_t rank) { set(position, rank); }
-  void set_on(std::uint64_t position) { set(position, on()); }
-  void set_off(std::uint64_t position) { set(position, on() + 1); }
-
-  // The one that is not in use is empty.
-  std::span<const std::uint32_t> narrow() const { return narrow_; }
-  std::span<const std::uint64_t> wide_ranks() const { return wide_; }
-
-  friend bool operator==(const VacOrder&, const VacOrder&) = default;
-
- private:
-  template <class T>
-  static std::int64_t narrow_size(const std::vector<T>& v) {
-    return static_cast<std::int64_t>(v.size());
-  }
-  std::uint64_t on() const { return wide() ? ~std::uint64_t{1} : std::uint64_t{~std::uint32_t{1}}; }
-  std::uint64_t get(std::uint64_t p) const { return wide() ? wide_[p] : narrow_[p]; }
-  void set(std::uint64_t p, std::uint64_t value) {
-    if (wide()) {
-      wide_[p] = value;
-    } else {
-      narrow_[p] = static_cast<std::uint32_t>(value);
-    }
-  }
-
-  std::vector<std::uint32_t> narrow_;
-  std::vector<std::uint64_t> wide_;
-};
-
 enum class VacPhase : std::int32_t { swap = 0, drain = 1, fill = 2, done = 3 };
 
-// Everything that a run is, between any two picks. Energies are not part of it: they follow exactly from the pixels
-// that are on, which are the marked ones (swap, drain) or the ranked ones (fill).
-struct VacState {
+// With the order, everything that a run is between any two picks. Energies are not part of it: they follow exactly from
+// the pixels that are on, which are the marked ones (swap, drain) or the ranked ones (fill).
+struct VacProgress {
   VacPhase phase = VacPhase::swap;
   std::int64_t num_start_points = 0;
   std::int64_t num_swaps = 0;
   std::int64_t num_ranked = 0;
-  VacOrder order;
+  friend bool operator==(const VacProgress&, const VacProgress&) = default;
 };
 
+// One texture over ranks and threads; slices in contiguous blocks (dist/partition.h). The order does not depend on
+// either.
 class VoidAndCluster {
  public:
-  // Requires a spec that check_vac_spec accepts.
-  explicit VoidAndCluster(const VacSpec& spec);
-  // Continues; `state` must come from a run of the same spec.
-  VoidAndCluster(const VacSpec& spec, VacState state);
+  // Throws UserError where check_vac_spec does. Communicator and pool must outlive it.
+  VoidAndCluster(const VacSpec& spec, const Communicator& communicator, ThreadPool& pool);
   ~VoidAndCluster();
-  VoidAndCluster(VoidAndCluster&&) noexcept;
-  VoidAndCluster& operator=(VoidAndCluster&&) noexcept;
+  VoidAndCluster(const VoidAndCluster&) = delete;
+  VoidAndCluster& operator=(const VoidAndCluster&) = delete;
 
-  // Does up to `max_picks` >= 1 picks (a swap counts as one). How the picks are divided among calls changes the time
-  // alone: picks are taken in batches of a few thousandths of the pixels, which a smaller `max_picks` cuts short.
+  void start();  // *Collective*
+  // Goes on from a run of the same spec. `order(slice)`: the bytes of an own slice as order() gave them. *Collective*
+  void restore(const VacProgress& progress, const std::function<std::vector<std::byte>(SliceIndex)>& order);
+  // Does up to `max_picks` >= 1 picks (a swap counts as one); fewer only when done. How the picks are divided among
+  // calls changes the time alone: picks are taken in batches of a few thousandths of the pixels, which a smaller
+  // `max_picks` cuts short. *Collective*
   void advance(std::int64_t max_picks);
-  bool done() const { return state().phase == VacPhase::done; }
-  const VacState& state() const;
+  bool done() const { return progress().phase == VacPhase::done; }
+  const VacProgress& progress() const;  // the same on every rank
+  const Partition& partition() const;
+
+  // Ranks are uint64 past 2^32 - 2 pixels, else uint32: the two largest values mark pixels without a rank yet.
+  bool wide() const;
+  // The ranks of an own slice, [y][x], little-endian; the largest value is a pixel that is off and has no rank, the
+  // second largest one that is on and has none.
+  std::vector<std::byte> order(SliceIndex slice) const;
+
+  std::int64_t collectives() const;  // by this rank since it was made
+  std::int64_t bytes_sent() const;   // by this rank
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
-
-// The whole of it.
-VacOrder void_and_cluster(const VacSpec& spec);
 
 }  // namespace noiseloom
