@@ -76,7 +76,8 @@ Picture points_picture(const std::uint64_t* ranks, const Extents& extents, std::
   return picture;
 }
 
-Plot points_plot(const std::vector<std::uint64_t>& ranks, const Extents& extents, const std::vector<double>& densities) {
+Plot points_plot(const std::vector<std::uint64_t>& ranks, const Extents& extents,
+                 const std::vector<double>& densities) {
   const auto num_slices = static_cast<std::int64_t>(ranks.size()) / extents.cells_per_slice();
   Texture pattern = make_texture(Extents({extents.width(), extents.height(), num_slices}), 1);
   Plot plot{"Power of the point sets", "frequency (cycles a pixel)", "power", true, {}};

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "noiseloom/study/image_io.h"
 #include "noiseloom/study/plot.h"
 #include "noiseloom/study/report.h"
 #include "study/mask_support.h"

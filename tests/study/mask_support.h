@@ -1,10 +1,17 @@
 // Void-and-cluster masks, and run files that hold them.
 #pragma once
 
+#if defined(__SANITIZE_ADDRESS__)
+#include <sanitizer/lsan_interface.h>
+#endif
+
 #include <cstring>
+#include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "noiseloom/dist/communicator.h"
 #include "noiseloom/optimize/void_and_cluster.h"
 #include "study/study_support.h"
 
@@ -17,11 +24,46 @@ inline VacSpec mask_spec(std::vector<std::int64_t> sizes, std::vector<std::vecto
   return spec;
 }
 
-// The rank of every pixel, x fastest.
+// MPI for the whole test program.
+class MpiEnvironment : public testing::Environment {
+ public:
+  void SetUp() override {
+    const LeaksOfOthers allowed;
+    int argc = 0;
+    char** argv = nullptr;
+    session_ = std::make_unique<MpiSession>(argc, argv);
+  }
+  void TearDown() override {
+    const LeaksOfOthers allowed;
+    session_.reset();
+  }
+
+ private:
+  // Open MPI itself never frees what it has at the end.
+  struct LeaksOfOthers {
+#if defined(__SANITIZE_ADDRESS__)
+    __lsan::ScopedDisabler disabler = {};
+#endif
+    ~LeaksOfOthers() {}
+  };
+  std::unique_ptr<MpiSession> session_;
+};
+inline const testing::Environment* const mpi_environment = testing::AddGlobalTestEnvironment(new MpiEnvironment);
+
+// The rank of every pixel, x fastest; of a texture whose ranks fit uint32.
 inline std::vector<std::uint64_t> mask_ranks(const VacSpec& spec) {
-  const VacOrder order = void_and_cluster(spec);
+  const Communicator communicator = Communicator::self();
+  ThreadPool pool(1);
+  VoidAndCluster run(spec, communicator, pool);
+  run.start();
+  run.advance(std::numeric_limits<std::int64_t>::max());
   std::vector<std::uint64_t> ranks;
-  for (std::int64_t p = 0; p < order.size(); ++p) ranks.push_back(order.rank(static_cast<std::uint64_t>(p)));
+  for (SliceIndex s = 0; s < spec.extents.num_slices(); ++s) {
+    const std::vector<std::byte> bytes = run.order(s);
+    std::vector<std::uint32_t> slice(bytes.size() / sizeof(std::uint32_t));
+    std::memcpy(slice.data(), bytes.data(), bytes.size());
+    ranks.insert(ranks.end(), slice.begin(), slice.end());
+  }
   return ranks;
 }
 
@@ -44,8 +86,8 @@ inline RunConfig mask_config(const Extents& extents) {
     for (int axis = 2; axis < extents.num_axes(); ++axis) axes += extents.name(axis);
     groups += ", { axes = \"" + axes + "\", kernel = \"gauss-energy\", sigma = 1.9 }";
   }
-  return parse_config("[texture]\nsize = { " + size + " }\nsamples = \"uniform\"\n[filter]\ncombine = \"sum\"\ngroups = [ " +
-                          groups + " ]\n",
+  return parse_config("[texture]\nsize = { " + size +
+                          " }\nsamples = \"uniform\"\n[filter]\ncombine = \"sum\"\ngroups = [ " + groups + " ]\n",
                       "mask.toml", "", {});
 }
 
@@ -63,7 +105,8 @@ inline void write_mask_file(const std::string& path, const Extents& extents, con
     writer.write_slice(0, s, std::as_bytes(std::span(texture.slice(s), cells)));
     const std::span<const std::uint64_t> slice(ranks.data() + static_cast<std::size_t>(s) * cells, cells);
     const std::vector<std::uint32_t> narrow_ranks(slice.begin(), slice.end());
-    writer.write_slice(1, s, type == ElementType::uint64 ? std::as_bytes(slice) : std::as_bytes(std::span(narrow_ranks)));
+    writer.write_slice(1, s,
+                       type == ElementType::uint64 ? std::as_bytes(slice) : std::as_bytes(std::span(narrow_ranks)));
   }
   writer.publish();
 }

@@ -30,8 +30,8 @@ TEST(SpectralQuality, OfWhiteNoiseIsOne) {
   const Texture texture = start_texture(small_config("uniform", "x = 64, y = 64, t = 64"));
   const SpectralQuality quality = spectral_quality(texture, DistanceKind::absolute, nullptr);
   ASSERT_EQ(quality.groups.size(), 2U);
-  // 64 slices of 28 frequencies, half of them free: a standard deviation of 1 / sqrt(896) = 0.033; five of them, odds of
-  // 6e-7. Along t 4096 lines: 1 / 64, for each bin.
+  // 64 slices of 28 frequencies, half of them free: a standard deviation of 1 / sqrt(896) = 0.033; five of them, odds
+  // of 6e-7. Along t 4096 lines: 1 / 64, for each bin.
   EXPECT_NEAR(group_of(quality, "xy").low_frequency_power, 1, 0.17);
   ASSERT_EQ(group_of(quality, "t").first_bins.size(), 3U);
   for (const double power : group_of(quality, "t").first_bins) EXPECT_NEAR(power, 1, 5.0 / 64);
