@@ -26,7 +26,9 @@ constexpr int most_pixels = 768;  // of a picture; larger textures are cut, larg
 constexpr int page_width = 954;
 constexpr int shown_small = 288;
 constexpr int slices_shown = 4;
-constexpr int shown_points = 228;  // four of them in a row
+constexpr int shown_quarter = 222;  // CSS pixels: four pictures in a row
+constexpr int shown_points = 74;    // pixels of a point set, so that they are large enough to be seen one by one
+constexpr int shown_plot = 640;
 
 class Analysis {
  public:
@@ -131,25 +133,26 @@ class Analysis {
     if (densities.empty()) return;
     ReportSection section{
         "Point sets",
-        "The pixels that come first in the sequence. Every density holds all the points of those below "
-        "it. Written by noiseloom export --threshold.",
+        "The pixels that come first in the sequence; every density holds all points of those below it. "
+        "noiseloom export --threshold writes them.",
         {}};
-    std::vector<Picture> pictures;
-    std::string shown;
     for (const double density : densities) {
-      const auto count = static_cast<std::uint64_t>(density * static_cast<double>(extents_.num_cells()));
+      const std::int64_t count = num_points(density, extents_.num_cells());
       const Picture part = cropped(points_picture(file_.ranks.data(), extents_, count), shown_points, shown_points);
-      const int factor = factor_to_fill(std::max(part.width, part.height), shown_points);
-      pictures.push_back(enlarged(part, factor, factor));
-      shown += fmt::format("{}{:g} %", shown.empty() ? "" : ", ", 100 * density);
+      const int factor = factor_to_fill(std::max(part.width, part.height), shown_quarter);
+      const bool whole = part.width == extents_.width() && part.height == extents_.height();
+      section.figures.push_back(figure(
+          fmt::format("points_{:g}.png", density), enlarged(part, factor, factor),
+          fmt::format("{:g} %: {} points in all; {}first slice.", 100 * density, count, whole ? "" : "corner of the "),
+          shown_quarter));
     }
-    section.figures.push_back(figure("points.png", side_by_side(pictures, 12),
-                                     fmt::format("First slice at densities of {}: points black.", shown), page_width));
     const std::size_t slices = file_.ranks.size() / static_cast<std::size_t>(extents_.cells_per_slice());
     section.figures.push_back(
         {plot_svg(points_plot(file_.ranks, extents_, densities)),
-         fmt::format("Power of these patterns over the frequencies of a slice, averaged over rings and {} slice{}.",
-                     slices, slices == 1 ? "" : "s")});
+         fmt::format("Power of these patterns over the frequencies of a slice, on a logarithmic scale, averaged over "
+                     "rings and {} slice{}. The dashed line upward: {} cycles a pixel.",
+                     slices, slices == 1 ? "" : "s", low_frequency),
+         shown_plot});
     report_.sections.push_back(std::move(section));
   }
 
@@ -312,7 +315,10 @@ class Analysis {
              "cycles a pixel, and at the three lowest ones along each slice axis. White noise has 1.",
              low_frequency),
          {{svg,
-           "Power on a logarithmic scale, averaged over frequencies of equal length; a line for each set of axes."}},
+           "Power on a logarithmic scale, averaged over frequencies of equal length; a line for each set of axes. The "
+           "dashed line "
+           "upward: the limit of the table.",
+           shown_plot}},
          {low_frequency_table(quality_)}});
   }
 

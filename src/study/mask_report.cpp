@@ -35,11 +35,11 @@ void add_guides(Plot& plot) {
 
 std::string percent(double density) { return fmt::format("{:g} %", 100 * density); }
 
-std::uint64_t points_at(double density, std::int64_t num_pixels) {
-  return static_cast<std::uint64_t>(density * static_cast<double>(num_pixels));
-}
-
 }  // namespace
+
+std::int64_t num_points(double density, std::int64_t num_pixels) {
+  return static_cast<std::int64_t>(density * static_cast<double>(num_pixels));
+}
 
 Plot low_frequency_plot(const SpectralQuality& quality) {
   Plot plot{"Power on a logarithmic scale", "frequency (cycles a pixel)", "power", true, {}};
@@ -65,14 +65,15 @@ ReportTable low_frequency_table(const SpectralQuality& quality) {
 std::vector<double> shown_densities(std::int64_t num_pixels) {
   std::vector<double> densities;
   for (const double density : {0.02, 0.1, 0.25, 0.5})
-    if (points_at(density, num_pixels) > 0) densities.push_back(density);
+    if (num_points(density, num_pixels) > 0) densities.push_back(density);
   return densities;
 }
 
-Picture points_picture(const std::uint64_t* ranks, const Extents& extents, std::uint64_t count) {
+Picture points_picture(const std::uint64_t* ranks, const Extents& extents, std::int64_t count) {
   Picture picture{narrow<int>(extents.width()), narrow<int>(extents.height()), {}};
   picture.rgb.resize(static_cast<std::size_t>(extents.cells_per_slice()) * 3);
-  for (std::size_t i = 0; i < picture.rgb.size(); ++i) picture.rgb[i] = ranks[i / 3] < count ? 0 : 255;
+  for (std::size_t i = 0; i < picture.rgb.size(); ++i)
+    picture.rgb[i] = static_cast<std::int64_t>(ranks[i / 3]) < count ? 0 : 255;
   return picture;
 }
 
@@ -82,8 +83,9 @@ Plot points_plot(const std::vector<std::uint64_t>& ranks, const Extents& extents
   Texture pattern = make_texture(Extents({extents.width(), extents.height(), num_slices}), 1);
   Plot plot{"Power of the point sets", "frequency (cycles a pixel)", "power", true, {}};
   for (const double density : densities) {
-    const std::uint64_t count = points_at(density, extents.num_cells());
-    for (std::size_t i = 0; i < ranks.size(); ++i) pattern.values[i] = ranks[i] < count ? 1.0F : 0.0F;
+    const std::int64_t count = num_points(density, extents.num_cells());
+    for (std::size_t i = 0; i < ranks.size(); ++i)
+      pattern.values[i] = static_cast<std::int64_t>(ranks[i]) < count ? 1.0F : 0.0F;
     plot.lines.push_back(line_of(radial_average(axes_spectrum(pattern, DistanceKind::absolute, {0, 1})),
                                  percent(density), style_of(plot.lines.size())));
   }

@@ -17,11 +17,12 @@ namespace noiseloom {
 Plot low_frequency_plot(const SpectralQuality& quality);
 ReportTable low_frequency_table(const SpectralQuality& quality);
 
-// The densities that a report shows; those that give no point or all of them are left out.
+std::int64_t num_points(double density, std::int64_t num_pixels);
+// The densities that a report shows; those that give no point are left out.
 std::vector<double> shown_densities(std::int64_t num_pixels);
 
 // Pixels whose rank is below `count` black, the others white. ranks: [y][x] of one slice.
-Picture points_picture(const std::uint64_t* ranks, const Extents& extents, std::uint64_t count);
+Picture points_picture(const std::uint64_t* ranks, const Extents& extents, std::int64_t count);
 
 // Power of the black and white patterns at those densities over the rings of a slice, averaged over the slices in
 // `ranks` ([slice][y][x]).

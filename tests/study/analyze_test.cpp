@@ -63,25 +63,26 @@ TEST(Analyze, ShowsThePointsOfAMaskAndTheAxesThatItsFilterGroups) {
   const VacSpec spec = mask_spec({23, 21, 5, 7}, {{0, 1}, {2, 3}});
   write_mask_file(folder / "mask.h5", spec.extents, mask_ranks(spec));
   const SpectralQuality quality = analyze(load_texture(folder / "mask.h5", std::nullopt), folder / "report");
-  for (const char* const name : {"points.png", "spectrum_tz.png", "spectrum_tz.csv", "spectrum_xz.png", "spectra.svg"})
+  for (const char* const name :
+       {"points_0.02.png", "points_0.5.png", "spectrum_tz.png", "spectrum_tz.csv", "spectrum_xz.png", "spectra.svg"})
     EXPECT_TRUE(std::filesystem::exists(folder / "report/" + name)) << name;
   const std::string page = read_bytes(folder / "report/report.html");
-  EXPECT_THAT(page, AllOf(HasSubstr("Point sets"), HasSubstr("densities of 2 %, 10 %, 25 %, 50 %"),
-                          HasSubstr("averaged over rings and 16 slices"), HasSubstr("Spectrum over t and z"),
-                          HasSubstr("<td>tz</td>"), HasSubstr("no frequency is that low")));
+  EXPECT_THAT(
+      page, AllOf(HasSubstr("Point sets"), HasSubstr("2 %: 338 points in all; first slice."),
+                  HasSubstr("50 %: 8452 points"), HasSubstr("averaged over rings and 16 slices"),
+                  HasSubstr("Spectrum over t and z"), HasSubstr("<td>tz</td>"), HasSubstr("no frequency is that low")));
   ASSERT_EQ(quality.groups.size(), 4U);
   EXPECT_THAT(page, HasSubstr(fmt::format("<td>{:.3g}</td>", quality.groups[0].low_frequency_power)));
-  // Pixel (5, 3) of the first slice in the first of the pictures, each 9 times as large: 2 % of 16905 are 338 points.
-  ImageReader reader(folder / "report/points.png");
+  // Every pixel 9 times as large: 9 times 23 fit 222.
+  ImageReader reader(folder / "report/points_0.02.png");
   std::vector<std::byte> bytes(reader.shape(0).num_bytes());
   reader.read_rows(0, 0, reader.shape(0).height, bytes);
   const auto order = mask_ranks(spec);
   ASSERT_EQ(reader.shape(0).height, 21 * 9);
-  ASSERT_EQ(reader.shape(0).width, 4 * 23 * 9 + 3 * 12);
+  ASSERT_EQ(reader.shape(0).width, 23 * 9);
   for (std::size_t y = 0; y < 21; ++y)
     for (std::size_t x = 0; x < 23; ++x)
-      ASSERT_EQ(std::to_integer<int>(bytes[3 * ((9 * y + 4) * (4 * 23 * 9 + 36) + 9 * x + 4)]),
-                order[x + 23 * y] < 338 ? 0 : 255);
+      ASSERT_EQ(std::to_integer<int>(bytes[3 * ((9 * y + 4) * 23 * 9 + 9 * x + 4)]), order[x + 23 * y] < 338 ? 0 : 255);
 }
 
 TEST(Analyze, RefusesAMaskThatIsNotFinished) {

@@ -46,8 +46,8 @@ int energies_changed_by_shift(const VacSpec& spec, const std::vector<std::int64_
 }
 
 TEST(Torus, AShiftChangesNoEnergy) {
-  for (const auto& groups :
-       std::vector<std::vector<std::vector<int>>>{{{0, 1}, {2, 3}}, {{0, 1}, {2}, {3}}, {{0, 1, 2, 3}}, {{1, 3}, {0}}}) {
+  for (const auto& groups : std::vector<std::vector<std::vector<int>>>{
+           {{0, 1}, {2, 3}}, {{0, 1}, {2}, {3}}, {{0, 1, 2, 3}}, {{1, 3}, {0}}}) {
     VacSpec spec = mask_spec({13, 11, 5, 7}, groups);
     EXPECT_EQ(energies_changed_by_shift(spec, {5, 0, 0, 0}), 0);
     EXPECT_EQ(energies_changed_by_shift(spec, {12, 7, 4, 3}), 0);
@@ -72,7 +72,8 @@ TEST(Torus, AShiftChangesNoSpectrum) {
     for (std::size_t i = 0; i < before.groups[g].spectrum.power.size(); ++i)
       ASSERT_NEAR(after.groups[g].spectrum.power[i], before.groups[g].spectrum.power[i], 1e-12);
   // Turned around inside the slices alone, the mask is another one over time.
-  for (std::uint64_t p = 0; p < ranks.size(); ++p) moved[p] = p / 480 % 2 == 0 ? ranks[p] : ranks[p / 480 * 480 + 479 - p % 480];
+  for (std::uint64_t p = 0; p < ranks.size(); ++p)
+    moved[p] = p / 480 % 2 == 0 ? ranks[p] : ranks[p / 480 * 480 + 479 - p % 480];
   EXPECT_GT(std::abs(spectra(moved).groups[1].first_bins[0] - before.groups[1].first_bins[0]), 1e-3);
 }
 
@@ -130,8 +131,8 @@ Moments inside(const Layers& layers, std::size_t lag) {
 }
 
 // A pair across the seam is told from one inside, or from one that nothing couples, where it lies this many of their
-// standard deviations from their mean. Those are taken from at least 16 pairs: odds of a false alarm below 2e-4 for each
-// comparison (Student's t), and the seed is fixed.
+// standard deviations from their mean. Those are taken from at least 16 pairs: odds of a false alarm below 2e-4 for
+// each comparison (Student's t), and the seed is fixed.
 constexpr double slack = 5;
 const std::vector<std::int64_t> sizes = {64, 64, 32};
 

@@ -19,7 +19,7 @@ namespace noiseloom {
 //   spectrum_xT.png, spectrum_T.csv    for every slice axis T (by its name) longer than 1
 //   spectrum_AB.png .csv    for other axes A, B that the filter groups; three and more: the table alone
 //   spectra.svg             the power over all those, on a logarithmic scale
-//   points.png              run files with /order: the points below some densities, first slice
+//   points_D.png            run files with /order: the points at some densities D, first slice
 //   convergence.csv        run files: their history
 // `name` is shown as title. Scores need a config and are left out without one. Returns what it found.
 SpectralQuality analyze_texture(const std::string& name, const TextureFile& file, const std::string& folder,
