@@ -26,8 +26,8 @@ constexpr int most_pixels = 768;  // of a picture; larger textures are cut, larg
 constexpr int page_width = 954;
 constexpr int shown_small = 288;
 constexpr int slices_shown = 4;
-constexpr int shown_quarter = 222;  // CSS pixels: four pictures in a row
-constexpr int shown_points = 74;    // pixels of a point set, so that they are large enough to be seen one by one
+constexpr int shown_quarter = 210;  // CSS pixels: four pictures in a row
+constexpr int shown_points = 70;    // pixels of a point set, so that they are large enough to be seen one by one
 constexpr int shown_plot = 640;
 
 class Analysis {
@@ -311,8 +311,9 @@ class Analysis {
     report_.sections.push_back(
         {"Low frequencies",
          fmt::format(
-             "What a blur leaves and the eye sees first. The table: the mean power over all frequencies below {} "
-             "cycles a pixel, and at the three lowest ones along each slice axis. White noise has 1.",
+             "What a blur leaves, and what the eye sees first. The table holds the mean power over all frequencies "
+             "below "
+             "{} cycles a pixel, and the power at the three lowest ones along each slice axis. White noise has 1.",
              low_frequency),
          {{svg,
            "Power on a logarithmic scale, averaged over frequencies of equal length; a line for each set of axes. The "

@@ -10,7 +10,6 @@
 namespace noiseloom {
 namespace {
 
-constexpr std::int64_t most_positions = std::int64_t{1} << 27;  // of one transform: 4 GiB in all
 constexpr int num_first_bins = 3;
 
 std::vector<std::vector<int>> groups_of(const Extents& extents, const FilterSpec* filter) {
@@ -45,7 +44,8 @@ std::string listed(const std::vector<double>& values, Text text) {
 
 }  // namespace
 
-SpectralQuality spectral_quality(const Texture& texture, DistanceKind kind, const FilterSpec* filter) {
+SpectralQuality spectral_quality(const Texture& texture, DistanceKind kind, const FilterSpec* filter,
+                                 std::int64_t most_positions) {
   SpectralQuality quality;
   for (const std::vector<int>& axes : groups_of(texture.extents, filter)) {
     std::string name;

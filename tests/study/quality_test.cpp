@@ -52,6 +52,9 @@ TEST(SpectralQuality, MeasuresWhatTheFilterGroupsAndEverySliceAxis) {
   EXPECT_THAT(quality_json(quality), HasSubstr("\"low_frequency_power\": {\"xy\": null, \"t\": null, \"w\": null, "
                                                "\"tw\": null}, \"first_bins\": {\"t\": ["));
   EXPECT_EQ(quality_text(quality).find("nan"), std::string::npos);
+  const SpectralQuality small = spectral_quality(texture, DistanceKind::absolute, &config.problem.filter, 15);
+  EXPECT_EQ(small.groups.size(), 3U);
+  EXPECT_THAT(small.left_out, testing::ElementsAre("xy"));
 }
 
 // The bounds are those that a mask of the method must keep (the same figures come from tests/bench/mask_quality.py,

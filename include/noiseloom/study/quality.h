@@ -32,8 +32,10 @@ struct SpectralQuality {
   std::vector<std::string> left_out;  // groups over so many positions that a transform would not fit
 };
 
-// `filter` may be null. Axes of length 1 are left out.
-SpectralQuality spectral_quality(const Texture& texture, DistanceKind kind, const FilterSpec* filter);
+// `filter` may be null. Axes of length 1 are left out, and groups over more than `most_positions`: the default is a
+// transform of 4 GiB.
+SpectralQuality spectral_quality(const Texture& texture, DistanceKind kind, const FilterSpec* filter,
+                                 std::int64_t most_positions = std::int64_t{1} << 27);
 
 // For people: a line with the low-frequency power of every group, and one with the first bins of each slice axis.
 std::string quality_text(const SpectralQuality& quality);
