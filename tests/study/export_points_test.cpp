@@ -1,5 +1,6 @@
 // Masks to point sets: the images, the coordinates and the mask they come from say the same.
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 
 #include <numeric>
 

@@ -1,7 +1,8 @@
-// How blue the library's masks are, and that the torus shows no seam.
+// Power at low frequencies: what is measured, and how blue the library's masks are.
 #include "noiseloom/study/quality.h"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 
 #include "study/mask_support.h"
 
@@ -9,12 +10,6 @@ namespace noiseloom {
 namespace {
 
 using testing::HasSubstr;
-
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool slow_build = true;
-#else
-constexpr bool slow_build = false;
-#endif
 
 const GroupQuality& group_of(const SpectralQuality& quality, const std::string& name) {
   for (const GroupQuality& group : quality.groups)
@@ -65,13 +60,13 @@ TEST(MaskQuality, OfSlicesOf64x64x16IsWithinItsBound) {
 }
 
 TEST(MaskQuality, Of256x256IsWithinItsBound) {
-  if (slow_build) GTEST_SKIP() << "takes half a minute under sanitizers; 64x64x16 stands for it";
+  if (under_sanitizers) GTEST_SKIP() << "takes half a minute under sanitizers; 64x64x16 stands for it";
   const SpectralQuality quality = quality_of(mask_spec({256, 256}, {{0, 1}}));
   EXPECT_LE(group_of(quality, "xy").low_frequency_power, 3e-5);
 }
 
 TEST(MaskQuality, Of128x128x32IsWithinItsBoundsOverSpaceAndTime) {
-  if (slow_build) GTEST_SKIP() << "takes half a minute under sanitizers; 64x64x16 stands for it";
+  if (under_sanitizers) GTEST_SKIP() << "takes half a minute under sanitizers; 64x64x16 stands for it";
   const SpectralQuality quality = quality_of(mask_spec({128, 128, 32}, {{0, 1}, {2}}));
   EXPECT_LE(group_of(quality, "xy").low_frequency_power, 4.5e-4);
   const std::vector<double>& bins = group_of(quality, "t").first_bins;

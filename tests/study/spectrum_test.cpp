@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <complex>
+#include <map>
 #include <numbers>
 
 #include "noiseloom/study/filtered.h"

@@ -10,12 +10,6 @@
 namespace noiseloom {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool slow_build = true;
-#else
-constexpr bool slow_build = false;
-#endif
-
 // The position `by` further along every axis, around the torus.
 std::uint64_t shifted(const Extents& extents, std::uint64_t position, const std::vector<std::int64_t>& by) {
   std::uint64_t result = 0;
@@ -137,7 +131,7 @@ constexpr double slack = 5;
 const std::vector<std::int64_t> sizes = {64, 64, 32};
 
 TEST(Torus, NeighboursAcrossTheSeamAreAsThoseInside) {
-  if (slow_build) GTEST_SKIP() << "131072 pixels take ten seconds under sanitizers";
+  if (under_sanitizers) GTEST_SKIP() << "131072 pixels take ten seconds under sanitizers";
   const VacSpec spec = mask_spec(sizes, {{0, 1}, {2}});
   const std::vector<std::uint64_t> ranks = mask_ranks(spec);
   for (int axis = 0; axis < 3; ++axis) {
@@ -153,7 +147,7 @@ TEST(Torus, NeighboursAcrossTheSeamAreAsThoseInside) {
 }
 
 TEST(Torus, TheSeamOfABoundedAxisIsFree) {
-  if (slow_build) GTEST_SKIP() << "131072 pixels take ten seconds under sanitizers";
+  if (under_sanitizers) GTEST_SKIP() << "131072 pixels take ten seconds under sanitizers";
   for (int bounded = 0; bounded < 3; ++bounded) {
     VacSpec spec = mask_spec(sizes, {{0, 1}, {2}});
     spec.toroidal = {true, true, true};
