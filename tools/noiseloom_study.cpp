@@ -61,8 +61,8 @@ std::string list_of_files(const std::vector<std::string>& files) {
 
 void run_export(const std::string& file, const ExportOptions& options) {
   const ExportResult result = export_run_file(file, options, posix_file_ops());
-  if (!result.points.empty()) fmt::print("{}\n", result.points);
   fmt::print("wrote {}\n", list_of_files(result.files));
+  if (!result.tables.empty()) fmt::print("{}, in {}\n", result.points, list_of_files(result.tables));
 }
 
 std::string score_json(const std::string& name, const TextureFile& file, const TextureScore& score,

@@ -240,8 +240,12 @@ ExportResult export_run_file(const std::string& path, const ExportOptions& optio
   else
     write_array(files, plan, config.problem, content.config, encoder);
   ExportResult result;
-  if (order) result.points = write_points(files, plan, content.extents, *order);
   result.files = files.targets();
+  if (order) {
+    result.points = write_points(files, plan, content.extents, *order);
+    for (const std::string& target : files.targets())
+      if (target == plan.points_csv || target == plan.points_npy) result.tables.push_back(target);
+  }
   files.commit();
   return result;
 }

@@ -80,7 +80,8 @@ TEST_P(ExportedPoints, AreTheEarliestPixelsInTheirOrder) {
     const std::string out = folder / ("out" + std::string(threshold)) + "/";
     const ExportResult result = export_run_file(folder / "mask.h5", points_options(out, threshold), posix_file_ops());
     EXPECT_EQ(result.points, fmt::format("{} points: the earliest of 462 pixels", count));
-    EXPECT_EQ(result.files.size(), 7U);
+    EXPECT_EQ(result.files.size(), 6U);
+    EXPECT_THAT(result.tables, ElementsAre(out + "points.csv"));
     EXPECT_EQ(read_bytes(out + "points.csv"), expected_csv(count));
     for (SliceIndex s = 0; s < 6; ++s) {
       ImageReader reader(fmt::format("{}mask_below{}_{}.png", out, threshold, s));
@@ -136,8 +137,9 @@ TEST(ExportPoints, FollowTheFormatsLayoutsAndNames) {
     options.layout = layout;
     options.naming = naming;
     std::vector<std::string> names;
-    for (const std::string& file : export_run_file(folder / "mask.h5", options, posix_file_ops()).files)
-      names.push_back(file.substr(folder.path().size() + 1));
+    const ExportResult result = export_run_file(folder / "mask.h5", options, posix_file_ops());
+    for (const auto* list : {&result.files, &result.tables})
+      for (const std::string& file : *list) names.push_back(file.substr(folder.path().size() + 1));
     return names;
   };
   EXPECT_THAT(files("a/", "exr", "strip", "nvidia"),

@@ -59,8 +59,9 @@ ExportPlan plan_export(const std::string& name, const RunFileContent& content, c
                        const ExportOptions& options);
 
 struct ExportResult {
-  std::vector<std::string> files;
-  std::string points;  // with a threshold: how many, in words
+  std::vector<std::string> files;   // images or arrays
+  std::vector<std::string> tables;  // with a threshold: the coordinates,
+  std::string points;               // and how many points there are, in words
 };
 
 // Throws UserError (nothing was written) or EnvironmentError (nothing is left behind).
