@@ -114,8 +114,8 @@ void PixelOrder::require_all_ranked() const {
     });
   }
   if (num_ranked < extents.num_cells())
-    throw UserError(path_, fmt::format("not finished: {} of {} pixels have their place in the sequence; generate "
-                                       "--resume goes on",
+    throw UserError(path_, fmt::format("not finished: {} of {} pixels have their place in the order; go on with "
+                                       "generate --resume",
                                        num_ranked, extents.num_cells()));
 }
 

@@ -137,10 +137,9 @@ std::vector<std::uint64_t> ranks_of(const PixelOrder& order, const Extents& exte
 TextureFile run_file(const std::string& path, const std::optional<RunConfig>& config) {
   const RunFileReader reader(path);
   const RunFileContent& content = reader.content();
-  TextureFile file;
-  if (reader.dataset("/order") >= 0) file.ranks = ranks_of(PixelOrder(reader, path), content.extents);
   const int samples = reader.dataset("/samples");
   if (samples < 0) throw UserError(path, "holds no /samples");
+  TextureFile file;
   file.source = "run file";
   file.config =
       parse_config(content.config, path + ": /config", config_folder(content, path), {}, MissingFiles::accepted);
@@ -149,6 +148,7 @@ TextureFile run_file(const std::string& path, const std::optional<RunConfig>& co
   if (const auto found = content.checksums.find("/samples"); found != content.checksums.end())
     file.checksum = found->second;
   const int channels = content.datasets[static_cast<std::size_t>(samples)].channels;
+  if (reader.dataset("/order") >= 0) file.ranks = ranks_of(PixelOrder(reader, path), content.extents);
   file.texture = make_texture(content.extents, channels);
   std::vector<float> slice(file.texture.floats_per_slice());
   for (SliceIndex s = 0; s < content.extents.num_slices(); ++s) {
