@@ -21,6 +21,7 @@
 #include "noiseloom/study/json.h"
 #include "noiseloom/study/naming.h"
 #include "noiseloom/study/output_files.h"
+#include "noiseloom/study/quality.h"
 #include "noiseloom/study/score_file.h"
 #include "noiseloom/study/texture_file.h"
 #include "noiseloom_study.h"
@@ -59,11 +60,13 @@ std::string list_of_files(const std::vector<std::string>& files) {
 }
 
 void run_export(const std::string& file, const ExportOptions& options) {
-  const std::vector<std::string> files = export_run_file(file, options, posix_file_ops());
-  fmt::print("wrote {}\n", list_of_files(files));
+  const ExportResult result = export_run_file(file, options, posix_file_ops());
+  fmt::print("wrote {}\n", list_of_files(result.files));
+  if (!result.tables.empty()) fmt::print("{}, in {}\n", result.points, list_of_files(result.tables));
 }
 
-std::string score_json(const std::string& name, const TextureFile& file, const TextureScore& score, bool slices) {
+std::string score_json(const std::string& name, const TextureFile& file, const TextureScore& score,
+                       const SpectralQuality& quality, bool slices) {
   std::string text = fmt::format("{{\"relative_error\": {}, \"white_noise\": 1, \"exact\": {}, \"file\": {}, ",
                                  json_number(score.relative_error), score.exact ? "true" : "false", json_string(name));
   text += fmt::format("\"size\": {}, \"samples\": {}, \"filter\": {}, \"filters\": {{",
@@ -73,7 +76,7 @@ std::string score_json(const std::string& name, const TextureFile& file, const T
   for (std::size_t i = 0; i < score.others.size(); ++i)
     text += fmt::format("{}{}: {}", i == 0 ? "" : ", ", json_string(score.others[i].filter),
                         json_number(score.others[i].relative_error));
-  text += "}";
+  text += "}, " + quality_json(quality);
   if (slices) {
     text += ", \"slices\": [";
     for (std::size_t s = 0; s < score.per_slice.size(); ++s)
@@ -83,7 +86,8 @@ std::string score_json(const std::string& name, const TextureFile& file, const T
   return text + "}\n";
 }
 
-std::string score_text(const std::string& name, const TextureFile& file, const TextureScore& score, bool slices) {
+std::string score_text(const std::string& name, const TextureFile& file, const TextureScore& score,
+                       const SpectralQuality& quality, bool slices) {
   const Extents& extents = file.texture.extents;
   std::string text = fmt::format("{}: {}, {}, {} channel{}, samples {}\n", name, file.source, extents.to_string(),
                                  file.texture.channels, file.texture.channels == 1 ? "" : "s",
@@ -95,6 +99,7 @@ std::string score_text(const std::string& name, const TextureFile& file, const T
   text += "under other filters\n";
   for (const FilterScore& other : score.others)
     text += fmt::format("  {:.4f}   {}\n", other.relative_error, other.filter);
+  if (const std::string spectra = quality_text(quality); !spectra.empty()) text += "\n" + spectra;
   if (slices) {
     text += "\nslice by slice (R is the mean)\n";
     for (std::size_t s = 0; s < score.per_slice.size(); ++s)
@@ -111,8 +116,9 @@ void run_score(const Common& common, bool json, bool slices) {
   const DistanceKind distance = distance_kind(file.config->problem.samples, file.texture.channels);
   const TextureScore score =
       score_texture(file.texture, distance, file.config->problem.filter, standard_filters(file.texture.extents), pool);
-  const std::string text =
-      json ? score_json(common.file, file, score, slices) : score_text(common.file, file, score, slices);
+  const SpectralQuality quality = spectral_quality(file.texture, distance, &file.config->problem.filter);
+  const std::string text = json ? score_json(common.file, file, score, quality, slices)
+                                : score_text(common.file, file, score, quality, slices);
   fmt::print("{}", text);
 }
 
@@ -120,8 +126,9 @@ void run_analyze(const Common& common, const std::string& folder, bool overwrite
   const TextureFile file = load_texture(common.file, config_of(common));
   ThreadPool pool(threads_of(common));
   OutputFiles output(posix_file_ops(), overwrite);
-  analyze_texture(common.file, file, folder, output, pool);
+  const SpectralQuality quality = analyze_texture(common.file, file, folder, output, pool);
   output.commit();
+  fmt::print("{}", quality_text(quality));
   fmt::print("wrote {}\n", (std::filesystem::path(folder) / "report.html").string());
 }
 
@@ -165,6 +172,9 @@ void add_export(CLI::App& app, Arguments& arguments) {
   command->add_option("--slices", options.slices, "A:B: slices A to B - 1");
   command->add_option("--range", options.range,
                       "LO:HI: what 0 and 1 of an image stand for; needed for unbounded samples (gauss, a file's)");
+  command->add_option("--threshold", options.threshold,
+                      "The point set of a void-and-cluster mask at that density, above 0 and up to 1: black and white "
+                      "images,\nand the coordinates in their order (points.csv; npy: points.npy too)");
   command->add_flag("--pdf", options.with_density, "Density, over its maximum, in the alpha channel");
   command->add_flag("--overwrite", options.overwrite, "Replace files that exist");
   command->footer(
@@ -176,7 +186,9 @@ void add_export(CLI::App& app, Arguments& arguments) {
       "  noiseloom export run.h5 -o textures/                              one PNG a slice\n"
       "  noiseloom export run.h5 -o textures/ --naming nvidia              stbn_vec2_2Dx1D_128x128x64_0.png, ...\n"
       "  noiseloom export run.h5 -o noise.png --layout strip --depth 16    all slices, one under the other\n"
-      "  noiseloom export run.h5 -o noise.exr --layout exr-multipart       floats, one part a slice\n");
+      "  noiseloom export run.h5 -o noise.exr --layout exr-multipart       floats, one part a slice\n"
+      "  noiseloom export mask.h5 -o points/ --threshold 0.1               the earliest tenth of the pixels, as "
+      "points\n");
   command->callback([&] { run_export(file, options); });
 }
 
@@ -189,7 +201,10 @@ void add_score(CLI::App& app, Arguments& arguments) {
   command->add_flag("--json", arguments.json, "One JSON object");
   command->add_flag("--slices", arguments.slices, "Also slice by slice");
   command->footer(
-      "R is the mean squared error that is left after the filter, over random step integrands; white noise has 1.\n\n"
+      "R is the mean squared error that is left after the filter, over random step integrands; white noise has 1.\n"
+      "Also told: the power that is left below 0.05 cycles a pixel, over x and y, along each slice axis and over the\n"
+      "axes that the filter groups, where white noise has 1; and at the three lowest frequencies of each slice "
+      "axis.\n\n"
       "  noiseloom score run.h5                              under the filter it was made for, and under others\n"
       "  noiseloom score run.h5 --set filter.groups[0].size=3\n"
       "  noiseloom score noise_{}.png --config run.toml      anybody's images; the config says what they hold\n");

@@ -169,8 +169,11 @@ NpyArray read_npy(const std::string& path) {
   return {std::move(header.shape), std::move(values)};
 }
 
-std::string npy_float32_header(std::span<const std::int64_t> shape) {
-  std::string dict = "{'descr': '<f4', 'fortran_order': False, 'shape': " + npy_shape_text(shape) + ", }";
+namespace {
+
+std::string header_of(std::string_view type, std::span<const std::int64_t> shape) {
+  std::string dict =
+      "{'descr': '" + std::string(type) + "', 'fortran_order': False, 'shape': " + npy_shape_text(shape) + ", }";
   // Values begin at a multiple of 64 bytes; the header ends with a newline.
   constexpr std::size_t before = 10;
   dict.resize((before + dict.size() + 1 + 63) / 64 * 64 - before - 1, ' ');
@@ -179,6 +182,11 @@ std::string npy_float32_header(std::span<const std::int64_t> shape) {
   header += {'\x01', '\x00', static_cast<char>(dict.size() & 0xff), static_cast<char>(dict.size() >> 8)};
   return header + dict;
 }
+
+}  // namespace
+
+std::string npy_float32_header(std::span<const std::int64_t> shape) { return header_of("<f4", shape); }
+std::string npy_int64_header(std::span<const std::int64_t> shape) { return header_of("<i8", shape); }
 
 void write_npy(const std::string& path, std::span<const std::int64_t> shape, std::span<const float> values) {
   NOISELOOM_CHECK_EQ(count_of(shape, path), static_cast<std::int64_t>(values.size()));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -15,6 +16,7 @@
 #include "noiseloom/study/report.h"
 #include "noiseloom/study/score_file.h"
 #include "noiseloom/study/spectrum.h"
+#include "study/mask_report.h"
 
 namespace noiseloom {
 namespace {
@@ -24,6 +26,9 @@ constexpr int most_pixels = 768;  // of a picture; larger textures are cut, larg
 constexpr int page_width = 954;
 constexpr int shown_small = 288;
 constexpr int slices_shown = 4;
+constexpr int shown_quarter = 210;  // CSS pixels: four pictures in a row
+constexpr int shown_points = 70;    // pixels of a point set, so that they are large enough to be seen one by one
+constexpr int shown_plot = 640;
 
 class Analysis {
  public:
@@ -42,17 +47,24 @@ class Analysis {
                                          : DistanceKind::euclidean;
   }
 
-  void run() {
+  SpectralQuality run() {
+    quality_ = spectral_quality(texture_, kind_, file_.config ? &file_.config->problem.filter : nullptr);
     summarise();
     if (file_.config) score();
+    show_low_frequency_figure();
     show_slices();
+    if (!file_.ranks.empty()) show_points();
     if (file_.config) show_filtered_error();
     show_plane_spectrum();
     for (int axis = 2; axis < extents_.num_axes(); ++axis)
       if (extents_.size(axis) > 1) show_slice_axis_spectrum(axis);
+    for (const GroupQuality& group : quality_.groups)
+      if (group.axes.size() > 1 && group.axes != std::vector<int>{0, 1}) show_group_spectrum(group);
+    show_low_frequencies();
     if (!file_.history.empty()) show_convergence();
     if (file_.config) report_.config = to_toml(*file_.config);
     output_.write(path("report.html"), report_html(report_));
+    return std::move(quality_);
   }
 
  private:
@@ -78,6 +90,8 @@ class Analysis {
     rows.push_back({"Samples", samples});
     if (file_.config) rows.push_back({"Filter", describe_filter(extents_, file_.config->problem.filter)});
     if (!file_.checksum.empty()) rows.push_back({"Checksum of samples", file_.checksum});
+    for (const std::string& name : quality_.left_out)
+      rows.push_back({"Note", fmt::format("The group {} is too large for its spectrum to be shown.", name)});
     for (const std::string& note : file_.notes) rows.push_back({"Note", note});
   }
 
@@ -101,6 +115,45 @@ class Analysis {
       report_.summary.push_back({"R, slice by slice", fmt::format("{:.4f} to {:.4f}", *least, *largest)});
     }
     for (const FilterScore& other : score.others) report_.scores.push_back({other.filter, other.relative_error});
+  }
+
+  // Of the first group that reaches so low: xy for all but the smallest slices.
+  void show_low_frequency_figure() {
+    for (const GroupQuality& group : quality_.groups)
+      if (std::isfinite(group.low_frequency_power)) {
+        report_.headline.emplace_back(
+            fmt::format("{:.2g}", group.low_frequency_power),
+            fmt::format("power over {} below {} cycles a pixel; white noise has 1", group.name, low_frequency));
+        return;
+      }
+  }
+
+  void show_points() {
+    const std::vector<double> densities = shown_densities(extents_.num_cells());
+    if (densities.empty()) return;
+    ReportSection section{
+        "Point sets",
+        "The pixels that come first in the sequence; every density holds all points of those below it. "
+        "noiseloom export --threshold writes them.",
+        {}};
+    for (const double density : densities) {
+      const std::int64_t count = num_points(density, extents_.num_cells());
+      const Picture part = cropped(points_picture(file_.ranks.data(), extents_, count), shown_points, shown_points);
+      const int factor = factor_to_fill(std::max(part.width, part.height), shown_quarter);
+      const bool whole = part.width == extents_.width() && part.height == extents_.height();
+      section.figures.push_back(figure(
+          fmt::format("points_{:g}.png", density), enlarged(part, factor, factor),
+          fmt::format("{:g} %: {} points in all; {}first slice.", 100 * density, count, whole ? "" : "corner of the "),
+          shown_quarter));
+    }
+    const std::size_t slices = file_.ranks.size() / static_cast<std::size_t>(extents_.cells_per_slice());
+    section.figures.push_back(
+        {plot_svg(points_plot(file_.ranks, extents_, densities)),
+         fmt::format("Power of these patterns over the frequencies of a slice, on a logarithmic scale, averaged over "
+                     "rings and {} slice{}. The dashed line upward: {} cycles a pixel.",
+                     slices, slices == 1 ? "" : "s", low_frequency),
+         shown_plot});
+    report_.sections.push_back(std::move(section));
   }
 
   void show_slices() {
@@ -169,8 +222,14 @@ class Analysis {
     return line;
   }
 
+  PlaneSpectrum xy_spectrum() const {
+    for (const GroupQuality& group : quality_.groups)
+      if (group.axes == std::vector<int>{0, 1}) return centred(group.spectrum);
+    return plane_spectrum(texture_, kind_, 0, 1);
+  }
+
   void show_plane_spectrum() {
-    const PlaneSpectrum spectrum = plane_spectrum(texture_, kind_, 0, 1);
+    const PlaneSpectrum spectrum = xy_spectrum();
     const std::vector<SpectrumBin> rings = radial_average(spectrum);
     write_csv("spectrum_xy.csv", rings);
     Plot plot{"Power over the frequencies of a slice",
@@ -222,6 +281,48 @@ class Analysis {
            fmt::format("How each pixel changes along {}: the mean over all frequencies along x.", name)}}});
   }
 
+  // Axes that the filter groups, other than x with y.
+  void show_group_spectrum(const GroupQuality& group) {
+    const std::vector<SpectrumBin> rings = radial_average(group.spectrum);
+    write_csv(fmt::format("spectrum_{}.csv", group.name), rings);
+    std::string names;
+    for (std::size_t a = 0; a < group.axes.size(); ++a)
+      names += (a == 0 ? "" : a + 1 == group.axes.size() ? " and " : ", ") + extents_.name(group.axes[a]);
+    const Plot plot{"Power over the frequencies of " + names,
+                    "frequency (cycles a pixel)",
+                    "power, white noise = 1",
+                    false,
+                    {line_of(rings, "this texture", PlotLine::Style::main),
+                     PlotLine{"white noise", {0, 0.5}, {1, 1}, PlotLine::Style::dashed}}};
+    ReportSection section{fmt::format("Spectrum over {}", names), "", {}};
+    if (group.axes.size() == 2)
+      section.figures.push_back(figure(fmt::format("spectrum_{}.png", group.name), square(centred(group.spectrum)),
+                                       fmt::format("Frequency along {} to the right, along {} upward, zero in the "
+                                                   "middle; greys as above.",
+                                                   extents_.name(group.axes[0]), extents_.name(group.axes[1])),
+                                       shown_size));
+    section.figures.push_back({plot_svg(plot), fmt::format("Averaged over frequencies of equal length in {}.", names)});
+    report_.sections.push_back(std::move(section));
+  }
+
+  void show_low_frequencies() {
+    const std::string svg = plot_svg(low_frequency_plot(quality_));
+    output_.write(path("spectra.svg"), svg);
+    report_.sections.push_back(
+        {"Low frequencies",
+         fmt::format(
+             "What a blur leaves, and what the eye sees first. The table holds the mean power over all frequencies "
+             "below "
+             "{} cycles a pixel, and the power at the three lowest ones along each slice axis. White noise has 1.",
+             low_frequency),
+         {{svg,
+           "Power on a logarithmic scale, averaged over frequencies of equal length; a line for each set of axes. The "
+           "dashed line "
+           "upward: the limit of the table.",
+           shown_plot}},
+         {low_frequency_table(quality_)}});
+  }
+
   const std::vector<double>* column(const std::string& name) const {
     for (const auto& [column_name, values] : file_.history)
       if (column_name == name) return &values;
@@ -259,14 +360,15 @@ class Analysis {
   OutputFiles& output_;
   ThreadPool& pool_;
   DistanceKind kind_ = DistanceKind::euclidean;
+  SpectralQuality quality_;
   Report report_;
 };
 
 }  // namespace
 
-void analyze_texture(const std::string& name, const TextureFile& file, const std::string& folder, OutputFiles& output,
-                     ThreadPool& pool) {
-  Analysis(name, file, folder, output, pool).run();
+SpectralQuality analyze_texture(const std::string& name, const TextureFile& file, const std::string& folder,
+                                OutputFiles& output, ThreadPool& pool) {
+  return Analysis(name, file, folder, output, pool).run();
 }
 
 }  // namespace noiseloom

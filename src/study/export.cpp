@@ -12,17 +12,21 @@
 #include "noiseloom/problem/sample_space.h"
 #include "noiseloom/study/json.h"
 #include "noiseloom/study/output_files.h"
+#include "noiseloom/study/pixel_order.h"
+#include "study/export_points.h"
 
 namespace noiseloom {
 namespace {
 
-// Slices of a run file as pixels of the plan.
+// Slices of a run file as pixels of the plan; with `order`, 1 where a pixel is a point of the plan and 0 elsewhere.
 class SliceEncoder {
  public:
-  SliceEncoder(const RunFileReader& reader, const ExportPlan& plan) : reader_(reader), plan_(plan) {
+  SliceEncoder(const RunFileReader& reader, const ExportPlan& plan, const PixelOrder* order)
+      : reader_(reader), plan_(plan), order_(order) {
     const RunFileContent& content = reader.content();
     samples_ = reader.dataset("/samples");
-    channels_ = static_cast<std::size_t>(content.datasets[static_cast<std::size_t>(samples_)].channels);
+    if (order_ == nullptr)
+      channels_ = static_cast<std::size_t>(content.datasets[static_cast<std::size_t>(samples_)].channels);
     cells_ = static_cast<std::size_t>(content.extents.cells_per_slice());
     values_.resize(cells_ * channels_);
     bytes_.resize(cells_ * plan.pixel.source.size() * bytes_per_number(plan.type));
@@ -34,7 +38,10 @@ class SliceEncoder {
 
   // Valid until the next call.
   std::span<const std::byte> operator()(SliceIndex slice) {
-    reader_.read_slice(samples_, slice, std::as_writable_bytes(std::span(values_)));
+    if (order_ != nullptr)
+      read_points(slice);
+    else
+      reader_.read_slice(samples_, slice, std::as_writable_bytes(std::span(values_)));
     if (plan_.with_density) read_density(slice);
     const std::size_t pixel_channels = plan_.pixel.source.size();
     for (std::size_t cell = 0; cell < cells_; ++cell)
@@ -43,6 +50,13 @@ class SliceEncoder {
   }
 
  private:
+  void read_points(SliceIndex slice) {
+    ranks_.resize(cells_);
+    order_->read_slice(slice, ranks_);
+    const auto count = static_cast<std::uint64_t>(*plan_.num_points);
+    std::transform(ranks_.begin(), ranks_.end(), values_.begin(),
+                   [&](std::uint64_t rank) { return rank < count ? 1.0F : 0.0F; });
+  }
   void read_density(SliceIndex slice) {
     density_.resize(cells_);
     reader_.read_slice(reader_.dataset("/pdf"), slice, std::as_writable_bytes(std::span(density_)));
@@ -84,17 +98,21 @@ class SliceEncoder {
 
   const RunFileReader& reader_;
   const ExportPlan& plan_;
+  const PixelOrder* order_;
   int samples_ = 0;
-  std::size_t channels_ = 0;
+  std::size_t channels_ = 1;
   std::size_t cells_ = 0;
   double largest_density_ = 0;
   std::vector<float> values_;
   std::vector<float> density_;
+  std::vector<std::uint64_t> ranks_;
   std::vector<std::byte> bytes_;
 };
 
 // How to get the values back, for people and programs.
 std::string decoding(const ExportPlan& plan) {
+  if (plan.num_points)
+    return fmt::format("0, or the largest number where a pixel is one of the {} points", *plan.num_points);
   const std::string stored = plan.type == PixelType::uint8    ? "(b + 0.5) / 256"
                              : plan.type == PixelType::uint16 ? "(b + 0.5) / 65536"
                                                               : "number stored";
@@ -104,6 +122,9 @@ std::string decoding(const ExportPlan& plan) {
 
 std::string description(const ExportPlan& plan, const ProblemSpec& problem, double largest_density,
                         const std::string& which) {
+  if (plan.num_points)
+    return fmt::format("point set, {} of {}; white: the {} pixels that come first of {}", which,
+                       problem.extents.to_string(), *plan.num_points, problem.extents.num_cells());
   std::string text = fmt::format("sampling noise, {} of {}; samples {}; value = {}", which, problem.extents.to_string(),
                                  sample_space_name(problem.samples), decoding(plan));
   if (plan.with_density) text += fmt::format("; alpha = density / {}", largest_density);
@@ -134,6 +155,13 @@ void write_images(OutputFiles& files, const ExportPlan& plan, const ProblemSpec&
       description(plan, problem, encoder.largest_density(), fmt::format("slices {} to {}", plan.begin, plan.end - 1));
   for (SliceIndex s = plan.begin; s < plan.end; ++s) job.part_names.push_back(fmt::format("slice{}", s));
   write_image(files.add(plan.targets.front()), job, [&](int block) { return encoder(plan.begin + block); });
+}
+
+std::vector<std::string> all_targets(const ExportPlan& plan) {
+  std::vector<std::string> targets = plan.targets;
+  for (const std::string& target : {plan.points_csv, plan.points_npy})
+    if (!target.empty()) targets.push_back(target);
+  return targets;
 }
 
 // All slices: [slice axes..., y, x, channel]; some of them: [slice, y, x, channel].
@@ -196,24 +224,32 @@ void write_array(OutputFiles& files, const ExportPlan& plan, const ProblemSpec& 
 
 }  // namespace
 
-std::vector<std::string> export_run_file(const std::string& path, const ExportOptions& options, FileOps& ops) {
+ExportResult export_run_file(const std::string& path, const ExportOptions& options, FileOps& ops) {
   const RunFileReader reader(path);
   const RunFileContent& content = reader.content();
-  if (reader.dataset("/samples") < 0) throw UserError(path, "holds no /samples");
+  if (options.threshold.empty() && reader.dataset("/samples") < 0) throw UserError(path, "holds no /samples");
   const RunConfig config =
       parse_config(content.config, path + ": /config", parent_directory(path), {}, MissingFiles::accepted);
   require_finished_order(content, path);
   const ExportPlan plan = plan_export(path, content, config.problem, options);
+  std::optional<PixelOrder> order;
+  if (plan.num_points) order.emplace(reader, path);
   OutputFiles files(ops, options.overwrite);
-  files.check(plan.targets);
-  SliceEncoder encoder(reader, plan);
+  files.check(all_targets(plan));
+  SliceEncoder encoder(reader, plan, order ? &*order : nullptr);
   if (plan.image)
     write_images(files, plan, config.problem, encoder);
   else
     write_array(files, plan, config.problem, content.config, encoder);
-  std::vector<std::string> written = files.targets();
+  ExportResult result;
+  result.files = files.targets();
+  if (order) {
+    result.points = write_points(files, plan, content.extents, *order);
+    for (const std::string& target : files.targets())
+      if (target == plan.points_csv || target == plan.points_npy) result.tables.push_back(target);
+  }
   files.commit();
-  return written;
+  return result;
 }
 
 }  // namespace noiseloom

@@ -6,6 +6,7 @@
 
 #include "noiseloom/problem/sample_space.h"
 #include "noiseloom/study/export.h"
+#include "noiseloom/study/pixel_order.h"
 #include "noiseloom/study/sequence.h"
 
 namespace noiseloom {
@@ -78,6 +79,7 @@ class Planner {
     choose_depth(*row);
     choose_layout(*row);
     choose_slices();
+    choose_points();
     choose_pixel(*row);
     choose_range(*row);
     throw_if_any(faults_);
@@ -160,13 +162,35 @@ class Planner {
       fault(fmt::format("--slices {}: must be A:B with 0 <= A < B <= {} (slices A, ..., B - 1)", text, count));
   }
 
+  // A part of a sequence holds points of the whole: the count does not depend on --slices.
+  void choose_points() {
+    if (options_.threshold.empty()) return;
+    plan_.num_points = 1;
+    if (const std::string why = why_no_order(content_); !why.empty()) faults_.push_back({name_, why});
+    if (options_.with_density) fault("--pdf: a point set (--threshold) has no density");
+    if (!options_.range.empty()) fault("--range: a point set (--threshold) holds black and white alone");
+    const std::optional<DecimalFraction> fraction =
+        parsed([&] { return std::optional(parse_fraction("--threshold", options_.threshold)); });
+    if (!fraction) return;
+    const std::int64_t num_pixels = content_.extents.num_cells();
+    plan_.num_points = fraction->floor_of_times(num_pixels);
+    if (*plan_.num_points == 0)
+      fault(fmt::format("--threshold {}: that is no point of {} pixels; the least that is one: {:.3g}",
+                        options_.threshold, num_pixels, 1 / static_cast<double>(num_pixels)));
+  }
+
   int channels() const {
+    if (plan_.num_points) return 1;
     for (const SliceDataset& dataset : content_.datasets)
       if (dataset.name == "/samples") return dataset.channels;
     return 0;
   }
 
   void choose_pixel(const FormatRow& row) {
+    if (plan_.num_points) {
+      choose_plain_pixel(row);
+      return;
+    }
     plan_.with_density = options_.with_density;
     const bool has_density = std::any_of(content_.datasets.begin(), content_.datasets.end(),
                                          [](const SliceDataset& dataset) { return dataset.name == "/pdf"; });
@@ -174,12 +198,15 @@ class Planner {
       fault(fmt::format("--pdf: the density of samples \"{}\" is constant; the run file holds none",
                         sample_space_name(problem_.samples)));
     if (options_.with_density && !row.image) fault("--pdf: accepted with png, exr, tiff");
+    choose_plain_pixel(row);
+  }
+  void choose_plain_pixel(const FormatRow& row) {
     if (!row.image) {
       for (int c = 0; c < channels(); ++c) plan_.pixel.source.push_back(c);
       return;
     }
     std::string why;
-    const auto layout = pixel_layout(*row.image, channels(), options_.with_density, why);
+    const auto layout = pixel_layout(*row.image, channels(), plan_.with_density, why);
     if (layout)
       plan_.pixel = *layout;
     else
@@ -189,7 +216,9 @@ class Planner {
   // Integers, and hdr, which holds no negative numbers, store values as 0..1.
   void choose_range(const FormatRow& row) {
     const bool must_fit = plan_.type != PixelType::float32 || row.name == "hdr";
-    if (!options_.range.empty()) {
+    if (plan_.num_points) {
+      plan_.range = ValueRange{};
+    } else if (!options_.range.empty()) {
       if (row.name == "npy") fault("--range: npy holds the values themselves");
       plan_.range = parsed([&] { return parse_range(options_.range); });
     } else if (must_fit) {
@@ -201,6 +230,12 @@ class Planner {
                         sample_space_name(problem_.samples),
                         row.name == "hdr" ? "hdr" : fmt::format("a depth of {}", to_string(plan_.type))));
     }
+  }
+
+  void name_points(const std::string& stem) {
+    if (!plan_.num_points) return;
+    plan_.points_csv = (output_.folder / (stem + ".csv")).string();
+    if (plan_.format == "npy") plan_.points_npy = (output_.folder / (stem + ".npy")).string();
   }
 
   void choose_targets(const FormatRow& row) {
@@ -221,6 +256,7 @@ class Planner {
         fault(fmt::format("--naming {} names the files itself: give a folder, not -o {}", options_.naming,
                           options_.output));
       const std::string own_stem = fs::path(output_.file).stem().string();
+      name_points(own_stem + "_points");
       if (single)
         plan_.targets = {target(output_.file)};
       else
@@ -228,7 +264,9 @@ class Planner {
           plan_.targets.push_back(target(slice_file_name(naming, own_stem, s, count, extension)));
       return;
     }
-    const std::string whole = texture_name(naming, problem_, stem);
+    name_points("points");
+    const std::string whole =
+        texture_name(naming, problem_, stem) + (plan_.num_points ? "_below" + options_.threshold : "");
     if (plan_.layout != ExportLayout::slices) {
       if (naming.scheme == NamingScheme::pattern) fault("a pattern names slices; the layout is one file");
       plan_.targets = {target(whole + extension)};

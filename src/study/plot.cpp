@@ -71,6 +71,12 @@ const char* style_class(PlotLine::Style style) {
       return "nl-main";
     case PlotLine::Style::second:
       return "nl-second";
+    case PlotLine::Style::third:
+      return "nl-third";
+    case PlotLine::Style::fourth:
+      return "nl-fourth";
+    case PlotLine::Style::fifth:
+      return "nl-fifth";
     case PlotLine::Style::dashed:
       return "nl-dashed";
     case PlotLine::Style::front:
@@ -209,8 +215,11 @@ std::string mark_svg(const PlotMark& mark, const Plot& plot, const Scale& x, con
 constexpr const char* plot_style =
     "<style>.nl-plot{font:12px system-ui,sans-serif;color:#333}.nl-plot text{fill:currentColor}"
     ".nl-grid{stroke:currentColor;stroke-opacity:.15}.nl-axis{stroke:currentColor;stroke-opacity:.6}"
-    ".nl-tick{opacity:.75}.nl-main,.nl-second,.nl-dashed{fill:none;stroke-width:2;stroke-linejoin:round}"
-    ".nl-main{stroke:#2f7ed8}.nl-second{stroke:#d8722f}.nl-dashed{stroke:#888;stroke-dasharray:5 4}"
+    ".nl-tick{opacity:.75}.nl-main,.nl-second,.nl-third,.nl-fourth,.nl-fifth,.nl-dashed{fill:none;stroke-width:2;"
+    "stroke-linejoin:round}"
+    ".nl-main{stroke:#2f7ed8}.nl-second{stroke:#d8722f}.nl-third{stroke:#2fa56b;stroke-dasharray:9 "
+    "3}.nl-fourth{stroke:#9a6fd8;stroke-dasharray:3 2}.nl-fifth{"
+    "stroke:#c9a400}.nl-dashed{stroke:#888;stroke-dasharray:5 4}"
     ".nl-front{fill:none;stroke:#2fa56b;stroke-opacity:.3;stroke-width:11;stroke-linejoin:round;stroke-linecap:round}"
     ".nl-points{fill:none;stroke:#8a63c7;stroke-width:1.6}.nl-main.nl-dot{fill:#2f7ed8}.nl-second.nl-dot{fill:#d8722f}"
     ".nl-points.nl-dot{fill:#8a63c7;fill-opacity:.25}.nl-ring{fill:none;stroke:currentColor;stroke-width:1.6}"

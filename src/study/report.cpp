@@ -41,7 +41,7 @@ td { overflow-wrap: anywhere; font-variant-numeric: tabular-nums; }
 .bar { width: 45%; } .bar i { display: block; height: 10px; margin-top: 7px; border-radius: 3px; background: var(--accent); }
 td.number { width: 1%; white-space: nowrap; }
 .findings p { color: inherit; margin: 6px 0; max-width: none; } .findings p:first-child { font-size: 19px; font-weight: 600; line-height: 1.35; margin-bottom: 12px; }
-.wide-table { overflow-x: auto; }
+.wide-table { overflow-x: auto; } .figures + .wide-table { margin-top: 18px; }
 .data th { width: auto; font-size: 13px; border-bottom: 1px solid var(--line); vertical-align: bottom; }
 .data th, .data td { text-align: right; } .data td { white-space: nowrap; }
 .data th:first-child, .data td:first-child { text-align: left; white-space: normal; }

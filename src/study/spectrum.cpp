@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "study/plane_transform.h"
@@ -13,16 +14,15 @@ namespace {
 class Signals {
  public:
   Signals(const Texture& texture, DistanceKind kind) : texture_(texture), circle_(kind == DistanceKind::circle) {
-    const std::size_t cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
     const double n = static_cast<double>(texture.extents.num_cells());
     for (int c = 0; c < count(); ++c) {
       double sum = 0;
       double squares = 0;
       for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
-        for (std::size_t cell = 0; cell < cells; ++cell) sum += value(c, s, cell);
+        for (const float v : plane(c, s)) sum += value(c, v);
       for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
-        for (std::size_t cell = 0; cell < cells; ++cell) {
-          const double d = value(c, s, cell) - sum / n;
+        for (const float v : plane(c, s)) {
+          const double d = value(c, v) - sum / n;
           squares += d * d;
         }
       means_.push_back(sum / n);
@@ -31,15 +31,18 @@ class Signals {
   }
   int count() const { return circle_ ? 2 : texture_.channels; }
   double variance() const { return variance_; }  // summed over the signals
-  double centred(int signal, SliceIndex slice, std::size_t cell) const {
-    return value(signal, slice, cell) - means_[static_cast<std::size_t>(signal)];
+  // Of a value of the texture that lies plane_offset(signal) behind the first channel's.
+  double centred(int signal, float v) const { return value(signal, v) - means_[static_cast<std::size_t>(signal)]; }
+  std::size_t plane_offset(int signal) const {
+    return circle_ ? 0 : static_cast<std::size_t>(signal * texture_.extents.cells_per_slice());
   }
 
  private:
-  double value(int signal, SliceIndex slice, std::size_t cell) const {
-    const std::size_t cells = static_cast<std::size_t>(texture_.extents.cells_per_slice());
-    const std::size_t channel = circle_ ? 0 : static_cast<std::size_t>(signal);
-    const double v = static_cast<double>(texture_.slice(slice)[channel * cells + cell]);
+  std::span<const float> plane(int signal, SliceIndex s) const {
+    return {texture_.slice(s) + plane_offset(signal), static_cast<std::size_t>(texture_.extents.cells_per_slice())};
+  }
+  double value(int signal, float stored) const {
+    const double v = static_cast<double>(stored);
     if (!circle_) return v;
     const double angle = 2 * std::numbers::pi * v;
     return signal == 0 ? std::cos(angle) : std::sin(angle);
@@ -51,33 +54,120 @@ class Signals {
   double variance_ = 0;
 };
 
-// Flat index of a cell of the whole texture as slice and cell.
-struct Position {
-  SliceIndex slice;
-  std::size_t cell;
-};
-
-Position split(const Extents& extents, std::int64_t flat) {
-  return {static_cast<SliceIndex>(flat / extents.cells_per_slice()),
-          static_cast<std::size_t>(flat % extents.cells_per_slice())};
-}
-
-std::int64_t stride_of(const Extents& extents, int axis) {
-  std::int64_t stride = 1;
-  for (int a = 0; a < axis; ++a) stride *= extents.size(a);
+// How far apart neighbours along an axis lie in Texture::values.
+std::size_t stride_of(const Texture& texture, int axis) {
+  std::size_t stride = axis < 2 ? 1 : texture.floats_per_slice();
+  for (int a = axis < 2 ? 0 : 2; a < axis; ++a) stride *= static_cast<std::size_t>(texture.extents.size(a));
   return stride;
 }
 
-// Flat indices of the first cells of all planes over two axes.
-std::vector<std::int64_t> plane_origins(const Extents& extents, int first, int second) {
-  std::vector<std::int64_t> origins;
-  const std::int64_t stride_1 = stride_of(extents, first);
-  const std::int64_t stride_2 = stride_of(extents, second);
-  for (std::int64_t flat = 0; flat < extents.num_cells(); ++flat)
-    if (flat / stride_1 % extents.size(first) == 0 && flat / stride_2 % extents.size(second) == 0)
-      origins.push_back(flat);
-  return origins;
+// Where the values at all positions along `axes` lie, relative to that at the origin; the first axis varies fastest.
+std::vector<std::size_t> offsets_along(const Texture& texture, const std::vector<int>& axes) {
+  std::vector<std::size_t> offsets = {0};
+  for (const int axis : axes) {
+    const std::size_t count = offsets.size();
+    for (std::int64_t i = 1; i < texture.extents.size(axis); ++i)
+      for (std::size_t k = 0; k < count; ++k)
+        offsets.push_back(offsets[k] + static_cast<std::size_t>(i) * stride_of(texture, axis));
+  }
+  return offsets;
 }
+
+std::vector<int> other_axes(const Extents& extents, const std::vector<int>& axes) {
+  std::vector<int> others;
+  for (int axis = 0; axis < extents.num_axes(); ++axis)
+    if (std::find(axes.begin(), axes.end(), axis) == axes.end()) others.push_back(axis);
+  return others;
+}
+
+// Power of real blocks of one shape, summed (FFTW); the half spectrum that FFTW keeps.
+class PowerSum {
+ public:
+  // sizes: the first varies fastest.
+  explicit PowerSum(const std::vector<std::int64_t>& sizes) : sizes_(sizes), half_(sizes[0] / 2 + 1) {
+    std::size_t rest = 1;
+    std::vector<int> dimensions;
+    for (auto size = sizes.rbegin(); size != sizes.rend(); ++size) dimensions.push_back(narrow<int>(*size));
+    for (std::size_t a = 1; a < sizes.size(); ++a) rest *= static_cast<std::size_t>(sizes[a]);
+    values_.resize(rest * static_cast<std::size_t>(sizes[0]));
+    coefficients_.resize(rest * static_cast<std::size_t>(half_));
+    sums_.resize(coefficients_.size());
+    plan_ = fftw_plan_dft_r2c(static_cast<int>(dimensions.size()), dimensions.data(), values_.data(),
+                              reinterpret_cast<fftw_complex*>(coefficients_.data()), FFTW_ESTIMATE);
+    NOISELOOM_CHECK(plan_ != nullptr);
+  }
+  ~PowerSum() { fftw_destroy_plan(plan_); }
+  PowerSum(const PowerSum&) = delete;
+  PowerSum& operator=(const PowerSum&) = delete;
+
+  std::vector<double>& values() { return values_; }
+  void add() {
+    fftw_execute(plan_);
+    for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += std::norm(coefficients_[i]);
+  }
+  // Of all frequencies: those that FFTW leaves out have the power of their mirror images.
+  std::vector<double> whole() const {
+    std::vector<double> power(values_.size());
+    std::vector<std::int64_t> k(sizes_.size(), 0);
+    for (double& p : power) {
+      const bool mirrored = k[0] >= half_;
+      std::size_t at = 0;
+      for (std::size_t a = sizes_.size(); a-- > 1;)
+        at = at * static_cast<std::size_t>(sizes_[a]) +
+             static_cast<std::size_t>(mirrored ? (sizes_[a] - k[a]) % sizes_[a] : k[a]);
+      p = sums_[at * static_cast<std::size_t>(half_) + static_cast<std::size_t>(mirrored ? sizes_[0] - k[0] : k[0])];
+      for (std::size_t a = 0; a < k.size() && ++k[a] == sizes_[a]; ++a) k[a] = 0;
+    }
+    return power;
+  }
+
+ private:
+  std::vector<std::int64_t> sizes_;
+  std::int64_t half_;
+  std::vector<double> values_;
+  std::vector<std::complex<double>> coefficients_;
+  std::vector<double> sums_;
+  fftw_plan plan_ = nullptr;
+};
+
+// visit(index, |f|) for every frequency.
+template <class Visit>
+void for_each_frequency(const AxesSpectrum& spectrum, Visit visit) {
+  std::vector<std::int64_t> k(spectrum.sizes.size(), 0);
+  for (std::size_t i = 0; i < spectrum.power.size(); ++i) {
+    double squares = 0;
+    for (std::size_t a = 0; a < k.size(); ++a) {
+      const std::int64_t size = spectrum.sizes[a];
+      const double f = static_cast<double>(std::min(k[a], size - k[a])) / static_cast<double>(size);
+      squares += f * f;
+    }
+    visit(i, std::sqrt(squares));
+    for (std::size_t a = 0; a < k.size() && ++k[a] == spectrum.sizes[a]; ++a) k[a] = 0;
+  }
+}
+
+// Means over rings round(f * longest) = 1, 2, ..., longest / 2.
+class Rings {
+ public:
+  explicit Rings(std::int64_t longest) : longest_(longest), rings_(static_cast<std::size_t>(longest / 2 + 1)) {}
+  void add(double frequency, double power) {
+    const auto ring = static_cast<std::size_t>(std::lround(frequency * static_cast<double>(longest_)));
+    if (ring == 0 || ring >= rings_.size()) return;
+    rings_[ring].frequency += frequency;
+    rings_[ring].power += power;
+    rings_[ring].count += 1;
+  }
+  std::vector<SpectrumBin> means() const {
+    std::vector<SpectrumBin> bins;
+    for (const SpectrumBin& ring : rings_)
+      if (ring.count > 0) bins.push_back({ring.frequency / ring.count, ring.power / ring.count, ring.count});
+    return bins;
+  }
+
+ private:
+  std::int64_t longest_;
+  std::vector<SpectrumBin> rings_;
+};
 
 std::size_t centred_index(int kx, int ky, int width, int height) {
   const int x = (kx + width / 2) % width;
@@ -91,53 +181,69 @@ PlaneSpectrum empty_spectrum(int width, int height) {
 
 }  // namespace
 
-PlaneSpectrum plane_spectrum(const Texture& texture, DistanceKind kind, int first, int second) {
-  const Extents& extents = texture.extents;
-  const int width = narrow<int>(extents.size(first));
-  const int height = narrow<int>(extents.size(second));
-  const std::int64_t step_x = stride_of(extents, first);
-  const std::int64_t step_y = stride_of(extents, second);
+AxesSpectrum axes_spectrum(const Texture& texture, DistanceKind kind, const std::vector<int>& axes) {
+  NOISELOOM_CHECK(!axes.empty() && std::is_sorted(axes.begin(), axes.end()));
+  AxesSpectrum spectrum;
+  for (const int axis : axes) spectrum.sizes.push_back(texture.extents.size(axis));
   const Signals signals(texture, kind);
-  const std::vector<std::int64_t> origins = plane_origins(extents, first, second);
-  PlaneTransform transform(width, height);
-  PlaneSpectrum spectrum = empty_spectrum(width, height);
+  const std::vector<std::size_t> offsets = offsets_along(texture, axes);
+  const std::vector<std::size_t> origins = offsets_along(texture, other_axes(texture.extents, axes));
+  PowerSum sum(spectrum.sizes);
   for (int signal = 0; signal < signals.count(); ++signal)
-    for (const std::int64_t origin : origins) {
-      std::size_t i = 0;
-      for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-          const Position p = split(extents, origin + x * step_x + y * step_y);
-          transform.real()[i++] = signals.centred(signal, p.slice, p.cell);
-        }
-      transform.forward();
-      for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-          spectrum.power[centred_index(x, y, width, height)] += std::norm(transform.at(x, y));
+    for (const std::size_t origin : origins) {
+      const float* const values = texture.values.data() + signals.plane_offset(signal) + origin;
+      for (std::size_t i = 0; i < offsets.size(); ++i) sum.values()[i] = signals.centred(signal, values[offsets[i]]);
+      sum.add();
     }
-  const double scale = static_cast<double>(origins.size()) * width * height * signals.variance();
+  spectrum.power = sum.whole();
+  const double scale = static_cast<double>(origins.size()) * static_cast<double>(offsets.size()) * signals.variance();
   for (double& p : spectrum.power) p = scale > 0 ? p / scale : 0;
-  spectrum.power[centred_index(0, 0, width, height)] = 0;
+  spectrum.power[0] = 0;
   return spectrum;
 }
 
+PlaneSpectrum plane_spectrum(const Texture& texture, DistanceKind kind, int first, int second) {
+  return centred(axes_spectrum(texture, kind, {first, second}));
+}
+
+PlaneSpectrum centred(const AxesSpectrum& spectrum) {
+  NOISELOOM_CHECK_EQ(spectrum.sizes.size(), 2U);
+  const int width = narrow<int>(spectrum.sizes[0]);
+  const int height = narrow<int>(spectrum.sizes[1]);
+  PlaneSpectrum plane = empty_spectrum(width, height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      plane.power[centred_index(x, y, width, height)] =
+          spectrum.power[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  return plane;
+}
+
 std::vector<SpectrumBin> radial_average(const PlaneSpectrum& spectrum) {
-  const int longest = std::max(spectrum.width, spectrum.height);
-  std::vector<SpectrumBin> rings(static_cast<std::size_t>(longest / 2 + 1));
+  Rings rings(std::max(spectrum.width, spectrum.height));
   for (int y = 0; y < spectrum.height; ++y)
     for (int x = 0; x < spectrum.width; ++x) {
       const double fx = static_cast<double>(x - spectrum.width / 2) / spectrum.width;
       const double fy = static_cast<double>(y - spectrum.height / 2) / spectrum.height;
-      const double f = std::sqrt(fx * fx + fy * fy);
-      const std::size_t ring = static_cast<std::size_t>(std::lround(f * longest));
-      if (ring == 0 || ring >= rings.size()) continue;
-      rings[ring].frequency += f;
-      rings[ring].power += spectrum.at(x, y);
-      rings[ring].count += 1;
+      rings.add(std::sqrt(fx * fx + fy * fy), spectrum.at(x, y));
     }
-  std::vector<SpectrumBin> bins;
-  for (const SpectrumBin& ring : rings)
-    if (ring.count > 0) bins.push_back({ring.frequency / ring.count, ring.power / ring.count, ring.count});
-  return bins;
+  return rings.means();
+}
+
+std::vector<SpectrumBin> radial_average(const AxesSpectrum& spectrum) {
+  Rings rings(*std::max_element(spectrum.sizes.begin(), spectrum.sizes.end()));
+  for_each_frequency(spectrum, [&](std::size_t i, double f) { rings.add(f, spectrum.power[i]); });
+  return rings.means();
+}
+
+double power_below(const AxesSpectrum& spectrum, double limit) {
+  double sum = 0;
+  std::int64_t count = 0;
+  for_each_frequency(spectrum, [&](std::size_t i, double f) {
+    if (f <= 0 || f >= limit) return;
+    sum += spectrum.power[i];
+    ++count;
+  });
+  return count > 0 ? sum / static_cast<double>(count) : std::numeric_limits<double>::quiet_NaN();
 }
 
 std::vector<SpectrumBin> row_average(const PlaneSpectrum& spectrum) {

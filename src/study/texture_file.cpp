@@ -10,6 +10,7 @@
 #include "noiseloom/io/order_checkpoint.h"
 #include "noiseloom/io/run_file.h"
 #include "noiseloom/problem/sample_space.h"
+#include "noiseloom/study/pixel_order.h"
 #include "noiseloom/study/sequence.h"
 #include "study/texture_loaders.h"
 
@@ -123,6 +124,15 @@ RunConfig with_filter_of(RunConfig stored, const RunConfig& given, const std::st
   return stored;
 }
 
+std::vector<std::uint64_t> ranks_of(const PixelOrder& order, const Extents& extents) {
+  const std::size_t cells = static_cast<std::size_t>(extents.cells_per_slice());
+  const SliceIndex count = std::min(ranked_slices, extents.num_slices());
+  std::vector<std::uint64_t> ranks(cells * static_cast<std::size_t>(count));
+  for (SliceIndex s = 0; s < count; ++s)
+    order.read_slice(s, std::span(ranks).subspan(cells * static_cast<std::size_t>(s), cells));
+  return ranks;
+}
+
 }  // namespace
 
 TextureFile run_file(const std::string& path, const std::optional<RunConfig>& config) {
@@ -140,6 +150,7 @@ TextureFile run_file(const std::string& path, const std::optional<RunConfig>& co
   if (const auto found = content.checksums.find("/samples"); found != content.checksums.end())
     file.checksum = found->second;
   const int channels = content.datasets[static_cast<std::size_t>(samples)].channels;
+  if (reader.dataset("/order") >= 0) file.ranks = ranks_of(PixelOrder(reader, path), content.extents);
   file.texture = make_texture(content.extents, channels);
   std::vector<float> slice(file.texture.floats_per_slice());
   for (SliceIndex s = 0; s < content.extents.num_slices(); ++s) {

@@ -1,12 +1,14 @@
 // The report: complete, self-contained and written whole.
 #include "noiseloom/study/analyze.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "noiseloom/study/image_io.h"
 #include "noiseloom/study/plot.h"
 #include "noiseloom/study/report.h"
-#include "study/study_support.h"
+#include "study/mask_support.h"
 
 namespace noiseloom {
 namespace {
@@ -18,11 +20,12 @@ using testing::IsEmpty;
 using testing::Not;
 using testing::UnorderedElementsAre;
 
-void analyze(const TextureFile& file, const std::string& folder) {
+SpectralQuality analyze(const TextureFile& file, const std::string& folder) {
   ThreadPool pool(2);
   OutputFiles output(posix_file_ops(), false);
-  analyze_texture("folder/some & other.h5", file, folder, output, pool);
+  SpectralQuality quality = analyze_texture("folder/some & other.h5", file, folder, output, pool);
   output.commit();
+  return quality;
 }
 
 TEST(Analyze, WritesPicturesTablesAndAPageThatNeedsNothingElse) {
@@ -36,7 +39,7 @@ TEST(Analyze, WritesPicturesTablesAndAPageThatNeedsNothingElse) {
   EXPECT_THAT(folder.names(),
               UnorderedElementsAre("report.html", "preview.png", "slices.png", "estimates.png", "error.png",
                                    "error_white_noise.png", "spectrum_xy.png", "spectrum_xy.csv", "spectrum_xy.svg",
-                                   "spectrum_xt.png", "spectrum_t.csv", "convergence.csv"));
+                                   "spectrum_xt.png", "spectrum_t.csv", "spectra.svg", "convergence.csv"));
   const std::string page = read_bytes(folder / "report.html");
   EXPECT_THAT(page, AllOf(HasSubstr("some &amp; other.h5"), HasSubstr("data:image/png;base64,"), HasSubstr("<svg"),
                           HasSubstr("box 3 over xy"), HasSubstr("Convergence")));
@@ -52,7 +55,44 @@ TEST(Analyze, NeedsNoConfigForPicturesAndSpectra) {
   file.source = "one image, 8 bit";
   analyze(file, folder.path());
   EXPECT_THAT(folder.names(), UnorderedElementsAre("report.html", "preview.png", "spectrum_xy.png", "spectrum_xy.csv",
-                                                   "spectrum_xy.svg"));
+                                                   "spectrum_xy.svg", "spectra.svg"));
+}
+
+TEST(Analyze, ShowsThePointsOfAMaskAndTheAxesThatItsFilterGroups) {
+  const TemporaryFolder folder;
+  const VacSpec spec = mask_spec({23, 21, 5, 7}, {{0, 1}, {2, 3}});
+  write_mask_file(folder / "mask.h5", spec.extents, mask_ranks(spec));
+  const SpectralQuality quality = analyze(load_texture(folder / "mask.h5", std::nullopt), folder / "report");
+  for (const char* const name :
+       {"points_0.02.png", "points_0.5.png", "spectrum_tz.png", "spectrum_tz.csv", "spectrum_xz.png", "spectra.svg"})
+    EXPECT_TRUE(std::filesystem::exists(folder / "report/" + name)) << name;
+  const std::string page = read_bytes(folder / "report/report.html");
+  EXPECT_THAT(
+      page, AllOf(HasSubstr("Point sets"), HasSubstr("2 %: 338 points in all; first slice."),
+                  HasSubstr("50 %: 8452 points"), HasSubstr("averaged over rings and 16 slices"),
+                  HasSubstr("Spectrum over t and z"), HasSubstr("<td>tz</td>"), HasSubstr("no frequency is that low")));
+  ASSERT_EQ(quality.groups.size(), 4U);
+  EXPECT_THAT(page, HasSubstr(fmt::format("<td>{:.3g}</td>", quality.groups[0].low_frequency_power)));
+  // Every pixel 9 times as large: 9 times 23 fit 222.
+  ImageReader reader(folder / "report/points_0.02.png");
+  std::vector<std::byte> bytes(reader.shape(0).num_bytes());
+  reader.read_rows(0, 0, reader.shape(0).height, bytes);
+  const auto order = mask_ranks(spec);
+  ASSERT_EQ(reader.shape(0).height, 21 * 9);
+  ASSERT_EQ(reader.shape(0).width, 23 * 9);
+  for (std::size_t y = 0; y < 21; ++y)
+    for (std::size_t x = 0; x < 23; ++x)
+      ASSERT_EQ(std::to_integer<int>(bytes[3 * ((9 * y + 4) * 23 * 9 + 9 * x + 4)]), order[x + 23 * y] < 338 ? 0 : 255);
+}
+
+TEST(Analyze, RefusesAMaskThatIsNotFinished) {
+  const TemporaryFolder folder;
+  std::vector<std::uint64_t> ranks(35);
+  for (std::size_t p = 0; p < 35; ++p) ranks[p] = p;
+  ranks[3] = ~std::uint32_t{0};
+  write_mask_file(folder / "mask.h5", Extents({7, 5}), ranks);
+  EXPECT_THAT(user_error_of([&] { load_texture(folder / "mask.h5", std::nullopt); }),
+              HasSubstr("mask.h5: not finished: 34 of 35 pixels"));
 }
 
 TEST(Analyze, LeavesAnExistingReportAlone) {

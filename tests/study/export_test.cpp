@@ -44,7 +44,7 @@ TEST_P(ExportedTexture, LoadsAsTheValuesOfTheRunFile) {
   options.format = c.format;
   options.depth = c.depth;
   options.layout = c.layout;
-  const std::vector<std::string> files = export_run_file(folder / "run.h5", options, posix_file_ops());
+  const std::vector<std::string> files = export_run_file(folder / "run.h5", options, posix_file_ops()).files;
   const bool one_file = c.layout != "slices" && !c.layout.empty();
   const bool array = c.format == "npy" || c.format == "raw";
   EXPECT_EQ(files.size(), array ? (c.format == "raw" ? 2U : 1U) : one_file ? 1U : 3U);
@@ -225,7 +225,7 @@ TEST(Export, GivesTheSameBytesEveryTime) {
       ExportOptions options = options_for(folder / name);
       options.slices = "0:1";
       options.overwrite = true;
-      const std::vector<std::string> files = export_run_file(folder / "run.h5", options, posix_file_ops());
+      const std::vector<std::string> files = export_run_file(folder / "run.h5", options, posix_file_ops()).files;
       const std::string bytes = read_bytes(files.back());
       EXPECT_NE(bytes, "");
       if (i == 0) first = bytes;

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <complex>
+#include <map>
 #include <numbers>
 
 #include "noiseloom/study/filtered.h"
@@ -100,6 +102,81 @@ TEST(PlaneSpectrum, OfAConstantTextureIsZero) {
   Texture texture = make_texture(Extents({5, 3}), 1);
   for (float& v : texture.values) v = 0.5F;
   for (const double p : plane_spectrum(texture, DistanceKind::absolute, 0, 1).power) EXPECT_EQ(p, 0);
+}
+
+// P along any axes, straight from the definition: one frequency of a scalar texture.
+double axes_power_by_sums(const Texture& texture, const std::vector<int>& axes, const std::vector<std::int64_t>& k) {
+  const Extents& e = texture.extents;
+  double mean = 0;
+  double squares = 0;
+  for (const float v : texture.values) mean += v / static_cast<double>(e.num_cells());
+  for (const float v : texture.values) squares += (v - mean) * (v - mean);
+  std::map<std::vector<std::int64_t>, std::complex<double>> sums;  // by the position along the other axes
+  for (std::int64_t flat = 0; flat < e.num_cells(); ++flat) {
+    std::vector<std::int64_t> rest;
+    double phase = 0;
+    std::int64_t left = flat;
+    for (int axis = 0; axis < e.num_axes(); left /= e.size(axis), ++axis) {
+      const std::int64_t x = left % e.size(axis);
+      const auto found = std::find(axes.begin(), axes.end(), axis);
+      if (found == axes.end()) {
+        rest.push_back(x);
+      } else {
+        phase += turn * static_cast<double>(x * k[static_cast<std::size_t>(found - axes.begin())]) /
+                 static_cast<double>(e.size(axis));
+      }
+    }
+    sums[rest] += (texture.values[static_cast<std::size_t>(flat)] - mean) * std::polar(1.0, -phase);
+  }
+  double power = 0;
+  for (const auto& [rest, sum] : sums) power += std::norm(sum);
+  return power / squares;
+}
+
+TEST(AxesSpectrum, IsTheDiscreteFourierTransformOverAnyAxes) {
+  const Texture texture = start_texture(small_config("uniform", "x = 5, y = 4, t = 3, z = 6"));
+  for (const auto& axes :
+       std::vector<std::vector<int>>{{2}, {3}, {0}, {0, 1}, {2, 3}, {1, 3}, {0, 1, 2}, {0, 1, 2, 3}}) {
+    const AxesSpectrum spectrum = axes_spectrum(texture, DistanceKind::absolute, axes);
+    ASSERT_EQ(spectrum.sizes.size(), axes.size());
+    std::vector<std::int64_t> k(axes.size(), 0);
+    for (std::size_t i = 0; i < spectrum.power.size(); ++i) {
+      EXPECT_NEAR(spectrum.power[i], i == 0 ? 0 : axes_power_by_sums(texture, axes, k), 1e-6)
+          << axes.size() << " " << i;
+      for (std::size_t a = 0; a < k.size() && ++k[a] == spectrum.sizes[a]; ++a) k[a] = 0;
+    }
+  }
+}
+
+TEST(AxesSpectrum, OfALineIsThatOfThePlaneAveragedOverTheOtherAxis) {
+  const Texture texture = start_texture(small_config("uniform", "x = 9, y = 4, t = 10"));
+  const std::vector<SpectrumBin> rows = row_average(plane_spectrum(texture, DistanceKind::absolute, 0, 2));
+  const std::vector<SpectrumBin> line = radial_average(axes_spectrum(texture, DistanceKind::absolute, {2}));
+  ASSERT_EQ(line.size(), 5U);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_NEAR(line[i].frequency, rows[i + 1].frequency, 1e-15);
+    EXPECT_NEAR(line[i].power, rows[i + 1].power, 1e-12);
+    EXPECT_EQ(line[i].count, i == 4 ? 1 : 2);
+  }
+}
+
+TEST(PowerBelow, IsTheMeanOverTheFrequenciesInsideTheCircle) {
+  AxesSpectrum spectrum{{40, 60}, std::vector<double>(2400, 1000.0)};
+  const auto at = [&](int kx, int ky) -> double& {
+    return spectrum.power[static_cast<std::size_t>((kx + 40) % 40 + 40 * ((ky + 60) % 60))];
+  };
+  // Below 0.05: (+-1, 0), (+-1, +-1), (+-1, +-2)? |(1/40, 2/60)| = 0.0417; (0, +-1), (0, +-2); 3/60 and 2/40 are not.
+  for (const int s : {-1, 1}) {
+    at(s, 0) = 1;
+    at(0, s) = 2;
+    at(0, 2 * s) = 3;
+    for (const int r : {-1, 1}) {
+      at(s, r) = 4;
+      at(s, 2 * r) = 5;
+    }
+  }
+  EXPECT_NEAR(power_below(spectrum, 0.05), (2 * 1 + 2 * 2 + 2 * 3 + 4 * 4 + 4 * 5) / 14.0, 1e-12);
+  EXPECT_TRUE(std::isnan(power_below(spectrum, 1.0 / 60)));
 }
 
 TEST(RadialAverage, KeepsAFunctionOfTheRadius) {

@@ -1,4 +1,4 @@
-// NumPy's .npy files: reads plain numbers, writes float32.
+// NumPy's .npy files: reads plain numbers, writes float32 and int64.
 //
 // Format: "\x93NUMPY", version, length of the header, a Python dict (descr, fortran_order, shape), the raw array
 // [NumPy Enhancement Proposal 1].
@@ -24,8 +24,9 @@ NpyArray read_npy(const std::string& path);
 // "(64, 128, 3)", as NumPy writes it.
 std::string npy_shape_text(std::span<const std::int64_t> shape);
 
-// What stands before the values of a float32 array of that shape: for writers that stream.
+// What stands before the values of an array of that shape: for writers that stream.
 std::string npy_float32_header(std::span<const std::int64_t> shape);
+std::string npy_int64_header(std::span<const std::int64_t> shape);
 
 // Requires as many values as the shape says. EnvironmentError if the file cannot be written.
 void write_npy(const std::string& path, std::span<const std::int64_t> shape, std::span<const float> values);

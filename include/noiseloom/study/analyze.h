@@ -6,6 +6,7 @@
 
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/study/output_files.h"
+#include "noiseloom/study/quality.h"
 #include "noiseloom/study/texture_file.h"
 
 namespace noiseloom {
@@ -16,9 +17,12 @@ namespace noiseloom {
 //   error.png, error_white_noise.png, estimates.png    with a config: what its filter leaves (filtered.h)
 //   spectrum_xy.png .csv .svg    power over the frequencies of a slice; table and plot: averaged over rings
 //   spectrum_xT.png, spectrum_T.csv    for every slice axis T (by its name) longer than 1
+//   spectrum_AB.png .csv    for other axes A, B that the filter groups; three and more: the table alone
+//   spectra.svg             the power over all those, on a logarithmic scale
+//   points_D.png            run files with /order: the points at some densities D, first slice
 //   convergence.csv        run files: their history
-// `name` is shown as title. Scores need a config and are left out without one.
-void analyze_texture(const std::string& name, const TextureFile& file, const std::string& folder, OutputFiles& output,
-                     ThreadPool& pool);
+// `name` is shown as title. Scores need a config and are left out without one. Returns what it found.
+SpectralQuality analyze_texture(const std::string& name, const TextureFile& file, const std::string& folder,
+                                OutputFiles& output, ThreadPool& pool);
 
 }  // namespace noiseloom

@@ -2,6 +2,9 @@
 //
 // Everything is checked before the first byte is written, files appear whole or not at all (output_files.h), and what
 // is stored is described in encoding.h.
+//
+// With a threshold: the point set of the earliest pixels (pixel_order.h) as black and white images, and as a table of
+// coordinates in the order of the sequence.
 #pragma once
 
 #include <cstdint>
@@ -19,13 +22,14 @@ namespace noiseloom {
 
 // As written on the command line; empty means "not given".
 struct ExportOptions {
-  std::string output;  // a file, a pattern of files or a folder
-  std::string format;  // png, exr, tiff, hdr, npy, raw; from the extension of `output`, else png
-  std::string layout;  // slices, strip, exr-multipart
-  std::string depth;   // 8, 16, 32f
-  std::string naming;  // plain, nvidia, ea, a pattern
-  std::string slices;  // "a:b": a, a + 1, ..., b - 1
-  std::string range;   // "lo:hi"
+  std::string output;     // a file, a pattern of files or a folder
+  std::string format;     // png, exr, tiff, hdr, npy, raw; from the extension of `output`, else png
+  std::string layout;     // slices, strip, exr-multipart
+  std::string depth;      // 8, 16, 32f
+  std::string naming;     // plain, nvidia, ea, a pattern
+  std::string slices;     // "a:b": a, a + 1, ..., b - 1
+  std::string range;      // "lo:hi"
+  std::string threshold;  // a fraction of all pixels: the points that come first, instead of the values
   bool with_density = false;
   bool overwrite = false;
 };
@@ -44,13 +48,23 @@ struct ExportPlan {
   PixelLayout pixel;
   bool with_density = false;
   std::vector<std::string> targets;  // one file a slice, or one file
+  // With a threshold: how many pixels of the whole texture are points, and where their coordinates go.
+  std::optional<std::int64_t> num_points;
+  std::string points_csv;
+  std::string points_npy;  // with format npy alone
 };
 
 // What is to be written where. `name` is the run file's path. Throws UserError with every fault.
 ExportPlan plan_export(const std::string& name, const RunFileContent& content, const ProblemSpec& problem,
                        const ExportOptions& options);
 
-// Returns the files written. Throws UserError (nothing was written) or EnvironmentError (nothing is left behind).
-std::vector<std::string> export_run_file(const std::string& path, const ExportOptions& options, FileOps& ops);
+struct ExportResult {
+  std::vector<std::string> files;   // images or arrays
+  std::vector<std::string> tables;  // with a threshold: the coordinates,
+  std::string points;               // and how many points there are, in words
+};
+
+// Throws UserError (nothing was written) or EnvironmentError (nothing is left behind).
+ExportResult export_run_file(const std::string& path, const ExportOptions& options, FileOps& ops);
 
 }  // namespace noiseloom

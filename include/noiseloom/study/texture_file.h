@@ -29,6 +29,8 @@ struct Texture {
 // Space for the values.
 Texture make_texture(const Extents& extents, int channels);
 
+inline constexpr SliceIndex ranked_slices = 16;
+
 struct TextureFile {
   Texture texture;
   std::string source;                                                // "run file", "64 images, 8 bit", ...
@@ -36,6 +38,8 @@ struct TextureFile {
   std::vector<std::string> notes;                                    // what had to be assumed, one sentence each
   std::vector<std::pair<std::string, std::vector<double>>> history;  // run files
   std::string checksum;                                              // run files: of /samples
+  // Run files with /order: the places in the sequence of all pixels of the first slices, at most ranked_slices.
+  std::vector<std::uint64_t> ranks;
 };
 
 // Loads `path`: a run file; an image, a folder of numbered images, the first of them, or a pattern (noise_{}.png,

@@ -1,0 +1,175 @@
+// A mask has no seam where it wraps around, and is free of its other side where it does not.
+#include <algorithm>
+#include <cmath>
+
+#include "noiseloom/study/quality.h"
+#include "optimize/vac_field.h"
+#include "optimize/vac_kernel.h"
+#include "study/mask_support.h"
+
+namespace noiseloom {
+namespace {
+
+// The position `by` further along every axis, around the torus.
+std::uint64_t shifted(const Extents& extents, std::uint64_t position, const std::vector<std::int64_t>& by) {
+  std::uint64_t result = 0;
+  std::uint64_t stride = 1;
+  for (int axis = 0; axis < extents.num_axes(); ++axis) {
+    const auto size = static_cast<std::uint64_t>(extents.size(axis));
+    const auto step = static_cast<std::uint64_t>(by[static_cast<std::size_t>(axis)]);
+    result += (position / stride % size + step) % size * stride;
+    stride *= size;
+  }
+  return result;
+}
+
+// How many pixels have another energy after the start pattern has been shifted than before.
+int energies_changed_by_shift(const VacSpec& spec, const std::vector<std::int64_t>& by) {
+  const VacKernel kernel(spec);
+  VacField before(spec, kernel, 0, spec.extents.num_slices());
+  VacField after(spec, kernel, 0, spec.extents.num_slices());
+  std::vector<std::uint64_t> points = vac_start_pattern(spec);
+  before.turn_on(points);
+  for (std::uint64_t& p : points) p = shifted(spec.extents, p, by);
+  std::sort(points.begin(), points.end());
+  after.turn_on(points);
+  int changed = 0;
+  for (std::uint64_t p = 0; p < static_cast<std::uint64_t>(spec.extents.num_cells()); ++p)
+    changed += before.word(p) != after.word(shifted(spec.extents, p, by)) ? 1 : 0;
+  return changed;
+}
+
+TEST(Torus, AShiftChangesNoEnergy) {
+  for (const auto& groups : std::vector<std::vector<std::vector<int>>>{
+           {{0, 1}, {2, 3}}, {{0, 1}, {2}, {3}}, {{0, 1, 2, 3}}, {{1, 3}, {0}}}) {
+    VacSpec spec = mask_spec({13, 11, 5, 7}, groups);
+    EXPECT_EQ(energies_changed_by_shift(spec, {5, 0, 0, 0}), 0);
+    EXPECT_EQ(energies_changed_by_shift(spec, {12, 7, 4, 3}), 0);
+    spec.toroidal = {true, false, true, true};
+    EXPECT_EQ(energies_changed_by_shift(spec, {5, 0, 3, 2}), 0);
+    EXPECT_GT(energies_changed_by_shift(spec, {0, 6, 0, 0}), 0);  // an edge that moves is felt
+  }
+}
+
+TEST(Torus, AShiftChangesNoSpectrum) {
+  const VacSpec spec = mask_spec({24, 20, 12}, {{0, 1}, {2}});
+  const std::vector<std::uint64_t> ranks = mask_ranks(spec);
+  std::vector<std::uint64_t> moved(ranks.size());
+  for (std::uint64_t p = 0; p < ranks.size(); ++p) moved[shifted(spec.extents, p, {7, 19, 5})] = ranks[p];
+  const auto spectra = [&](const std::vector<std::uint64_t>& of) {
+    return spectral_quality(mask_texture(spec.extents, of), DistanceKind::absolute, nullptr);
+  };
+  const SpectralQuality before = spectra(ranks);
+  const SpectralQuality after = spectra(moved);
+  ASSERT_EQ(before.groups.size(), 2U);
+  for (std::size_t g = 0; g < 2; ++g)
+    for (std::size_t i = 0; i < before.groups[g].spectrum.power.size(); ++i)
+      ASSERT_NEAR(after.groups[g].spectrum.power[i], before.groups[g].spectrum.power[i], 1e-12);
+  // Turned around inside the slices alone, the mask is another one over time.
+  for (std::uint64_t p = 0; p < ranks.size(); ++p)
+    moved[p] = p / 480 % 2 == 0 ? ranks[p] : ranks[p / 480 * 480 + 479 - p % 480];
+  EXPECT_GT(std::abs(spectra(moved).groups[1].first_bins[0] - before.groups[1].first_bins[0]), 1e-3);
+}
+
+// The values of a mask in layers across one axis.
+class Layers {
+ public:
+  Layers(const Extents& extents, const std::vector<std::uint64_t>& ranks, int axis)
+      : layers_(static_cast<std::size_t>(extents.size(axis))) {
+    std::size_t stride = 1;
+    for (int a = 0; a < axis; ++a) stride *= static_cast<std::size_t>(extents.size(a));
+    for (std::size_t p = 0; p < ranks.size(); ++p)
+      layers_[p / stride % layers_.size()].push_back(static_cast<double>(ranks[p]));
+  }
+  std::size_t count() const { return layers_.size(); }
+  // Pearson's correlation of the pixels of two layers that face each other. Each layer's own mean is taken away: at an
+  // edge that is free, early pixels gather.
+  double correlation(std::size_t i, std::size_t j) const {
+    const std::vector<double>& a = layers_[i % count()];
+    const std::vector<double>& b = layers_[j % count()];
+    const double n = static_cast<double>(a.size());
+    double ma = 0, mb = 0, aa = 0, bb = 0, ab = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) {
+      ma += a[k] / n;
+      mb += b[k] / n;
+    }
+    for (std::size_t k = 0; k < a.size(); ++k) {
+      aa += (a[k] - ma) * (a[k] - ma);
+      bb += (b[k] - mb) * (b[k] - mb);
+      ab += (a[k] - ma) * (b[k] - mb);
+    }
+    return ab / std::sqrt(aa * bb);
+  }
+
+ private:
+  std::vector<std::vector<double>> layers_;
+};
+
+struct Moments {
+  double mean = 0;
+  double deviation = 0;
+};
+Moments moments_of(const std::vector<double>& values) {
+  Moments m;
+  for (const double v : values) m.mean += v / static_cast<double>(values.size());
+  for (const double v : values) m.deviation += (v - m.mean) * (v - m.mean) / static_cast<double>(values.size() - 1);
+  m.deviation = std::sqrt(m.deviation);
+  return m;
+}
+
+// Of all pairs of layers `lag` apart that the seam does not separate.
+Moments inside(const Layers& layers, std::size_t lag) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i + lag < layers.count(); ++i) values.push_back(layers.correlation(i, i + lag));
+  return moments_of(values);
+}
+
+// A pair across the seam is told from one inside, or from one that nothing couples, where it lies this many of their
+// standard deviations from their mean. Those are taken from at least 16 pairs: odds of a false alarm below 2e-4 for
+// each comparison (Student's t), and the seed is fixed.
+constexpr double slack = 5;
+const std::vector<std::int64_t> sizes = {64, 64, 32};
+
+TEST(Torus, NeighboursAcrossTheSeamAreAsThoseInside) {
+  if (under_sanitizers) GTEST_SKIP() << "131072 pixels take ten seconds under sanitizers";
+  const VacSpec spec = mask_spec(sizes, {{0, 1}, {2}});
+  const std::vector<std::uint64_t> ranks = mask_ranks(spec);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Layers layers(spec.extents, ranks, axis);
+    for (const std::size_t lag : {1, 2, 3}) {
+      const Moments usual = inside(layers, lag);
+      for (std::size_t i = layers.count() - lag; i < layers.count(); ++i)
+        EXPECT_NEAR(layers.correlation(i, i + lag), usual.mean, slack * usual.deviation) << axis << " " << lag;
+    }
+    // What the test can see: neighbours do repel each other.
+    EXPECT_LT(inside(layers, 1).mean, -slack * inside(layers, 1).deviation) << axis;
+  }
+}
+
+TEST(Torus, TheSeamOfABoundedAxisIsFree) {
+  if (under_sanitizers) GTEST_SKIP() << "131072 pixels take ten seconds under sanitizers";
+  for (int bounded = 0; bounded < 3; ++bounded) {
+    VacSpec spec = mask_spec(sizes, {{0, 1}, {2}});
+    spec.toroidal = {true, true, true};
+    spec.toroidal[static_cast<std::size_t>(bounded)] = false;
+    const std::vector<std::uint64_t> ranks = mask_ranks(spec);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Layers layers(spec.extents, ranks, axis);
+      const std::size_t last = layers.count() - 1;
+      const Moments usual = inside(layers, 1);
+      const double across = layers.correlation(last, last + 1);
+      if (axis != bounded) {
+        EXPECT_NEAR(across, usual.mean, slack * usual.deviation) << bounded << " " << axis;
+        continue;
+      }
+      std::vector<double> strangers;  // pairs half the axis apart
+      for (std::size_t i = 0; i < layers.count() / 2; ++i)
+        strangers.push_back(layers.correlation(i, i + layers.count() / 2));
+      EXPECT_NEAR(across, 0, slack * moments_of(strangers).deviation) << axis;
+      EXPECT_GT(across, usual.mean + slack * usual.deviation) << axis;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace noiseloom
