@@ -2,7 +2,7 @@
 
 add_library(noiseloom_flags INTERFACE)
 target_compile_options(noiseloom_flags INTERFACE
-  -Wall -Wextra -Wconversion -Wshadow
+  -Wall -Wextra -Wconversion $<$<NOT:$<BOOL:$<TARGET_PROPERTY:NOISELOOM_MAY_SHADOW>>>:-Wshadow>
   -ffp-contract=off                       # the same bits with and without FMA
   -fno-math-errno                         # lets loops over sqrt be vectorised; changes no result
   $<$<BOOL:${CMAKE_UNITY_BUILD}>:-Wno-subobject-linkage>  # takes all files of a batch for headers

@@ -7,39 +7,34 @@
 #include <cstring>
 #include <limits>
 
+#include "support/vac_specs.h"
 #include "support/void_and_cluster_oracle.h"
 
 namespace noiseloom {
 namespace {
 
+using namespace testing_support;
+
 constexpr std::int64_t everything = std::numeric_limits<std::int64_t>::max();
 
-VacSpec make_spec(std::vector<std::int64_t> sizes, std::vector<std::vector<int>> groups, double sigma = 1.9,
-                  std::uint64_t seed = 1) {
-  VacSpec spec{.extents = Extents(std::move(sizes)), .groups = {}, .toroidal = {}};
-  for (auto& axes : groups) spec.groups.push_back({std::move(axes), sigma});
-  spec.seed = seed;
-  return spec;
-}
-
 std::vector<VacSpec> specs() {
-  std::vector<VacSpec> all{make_spec({17, 13}, {{0, 1}}, 1.5),            // one slice: all ranks but one are empty
-                           make_spec({11, 7, 9}, {{0, 1, 2}}, 1.2),       // blocks that cut a group with x
-                           make_spec({13, 11, 5}, {{0, 1}, {2}}),         //
-                           make_spec({7, 5, 3, 11}, {{0, 1}, {2, 3}}),    // blocks that cut the rows of the far plane
-                           make_spec({7, 5, 11, 3}, {{0, 1}, {2}, {3}}),  //
-                           make_spec({5, 3, 37}, {{2}}, 1.3),             // pixels on their own over time
-                           make_spec({7, 9, 13}, {{1, 2}}, 1.4),          //
-                           make_spec({5, 4, 3, 5, 2}, {{0, 1, 3}, {2, 4}}),           //
-                           make_spec({3, 29, 2}, {{0, 1}, {2}}, 8),                   // footprints larger than an axis
-                           make_spec({13, 11, 3}, {{0, 1}, {2}}, 0.05, 4),            // no weights: all pixels tie
-                           make_spec({3, 2, 2}, {{0, 1}, {2}}),                       // one point at the start
-                           make_spec({2, 1, 3}, {{0, 1, 2}}),                         // none
-                           make_spec({13, 7, 5, 3}, {{0, 1}, {2, 3}, {1, 2}}, 0.7)};  // groups that share axes
-  VacSpec open = make_spec({5, 4, 7, 6}, {{0, 1}, {2, 3}});
+  std::vector<VacSpec> all{vac_spec({17, 13}, {{0, 1}}, 1.5),               // one slice: all ranks but one are empty
+                           vac_spec({11, 7, 9}, {{0, 1, 2}}, 1.2),          // blocks that cut a group with x
+                           vac_spec({13, 11, 5}, {{0, 1}, {2}}),            //
+                           vac_spec({7, 5, 3, 11}, {{0, 1}, {2, 3}}),       // blocks that cut the rows of the far plane
+                           vac_spec({7, 5, 11, 3}, {{0, 1}, {2}, {3}}),     //
+                           vac_spec({5, 3, 37}, {{2}}, 1.3),                // pixels on their own over time
+                           vac_spec({7, 9, 13}, {{1, 2}}, 1.4),             //
+                           vac_spec({5, 4, 3, 5, 2}, {{0, 1, 3}, {2, 4}}),  //
+                           vac_spec({3, 29, 2}, {{0, 1}, {2}}, 8),          // footprints larger than an axis
+                           vac_spec({13, 11, 3}, {{0, 1}, {2}}, 0.05, 4),   // no weights: all pixels tie
+                           vac_spec({3, 2, 2}, {{0, 1}, {2}}),              // one point at the start
+                           vac_spec({2, 1, 3}, {{0, 1, 2}}),                // none
+                           vac_spec({13, 7, 5, 3}, {{0, 1}, {2, 3}, {1, 2}}, 0.7)};  // groups that share axes
+  VacSpec open = vac_spec({5, 4, 7, 6}, {{0, 1}, {2, 3}});
   open.toroidal = {true, false, false, true};
   all.push_back(open);
-  VacSpec half = make_spec({7, 6, 5}, {{0, 1}, {2}}, 0.3);
+  VacSpec half = vac_spec({7, 6, 5}, {{0, 1}, {2}}, 0.3);
   half.density = 0.5;
   all.push_back(half);
   return all;
@@ -76,7 +71,7 @@ TEST(VoidAndClusterRanks, EqualSlowTwin) {
 TEST(VoidAndClusterRanks, GiveTheSameInBatchesOfAnySizeAndOnAnyNumberOfThreads) {
   const Communicator world = Communicator::world();
   const Communicator self = Communicator::self();
-  for (const VacSpec& spec : {make_spec({13, 11, 5}, {{0, 1}, {2}}), make_spec({7, 5, 3, 11}, {{0, 1}, {2, 3}})}) {
+  for (const VacSpec& spec : {vac_spec({13, 11, 5}, {{0, 1}, {2}}), vac_spec({7, 5, 3, 11}, {{0, 1}, {2, 3}})}) {
     ThreadPool one(1);
     VoidAndCluster alone(spec, self, one);
     alone.start();
@@ -99,7 +94,7 @@ TEST(VoidAndClusterRanks, GiveTheSameInBatchesOfAnySizeAndOnAnyNumberOfThreads) 
 TEST(VoidAndClusterRanks, GoOnFromTheOrderOfAnotherNumberOfRanks) {
   const Communicator world = Communicator::world();
   const Communicator self = Communicator::self();
-  const VacSpec spec = make_spec({7, 5, 3, 4}, {{0, 1}, {2, 3}});
+  const VacSpec spec = vac_spec({7, 5, 3, 4}, {{0, 1}, {2, 3}});
   ThreadPool pool(1);
   VoidAndCluster straight(spec, self, pool);
   straight.start();
@@ -144,7 +139,7 @@ TEST(VoidAndClusterRanks, GoOnFromTheOrderOfAnotherNumberOfRanks) {
 // A slice that one rank cannot read, and an order of another time: all ranks are told, none is left behind.
 TEST(VoidAndClusterRanks, AllThrowWhereOneCannotGoOn) {
   const Communicator world = Communicator::world();
-  const VacSpec spec = make_spec({7, 5, 3, 4}, {{0, 1}, {2, 3}});
+  const VacSpec spec = vac_spec({7, 5, 3, 4}, {{0, 1}, {2, 3}});
   ThreadPool pool(1);
   VoidAndCluster run(spec, world, pool);
   run.start();
@@ -168,7 +163,7 @@ TEST(VoidAndClusterRanks, AllThrowWhereOneCannotGoOn) {
 
 TEST(VoidAndClusterRanks, CountWhatTravels) {
   const Communicator world = Communicator::world();
-  const VacSpec spec = make_spec({64, 64, 32}, {{0, 1}, {2}});
+  const VacSpec spec = vac_spec({64, 64, 32}, {{0, 1}, {2}});
   ThreadPool pool(1);
   VoidAndCluster run(spec, world, pool);
   run.start();

@@ -12,21 +12,16 @@
 #include "optimize/vac_kernel.h"
 #include "optimize/vac_order.h"
 #include "optimize/vac_start.h"
+#include "support/vac_specs.h"
 #include "support/void_and_cluster_oracle.h"
 
 namespace noiseloom {
 namespace {
 
-VacSpec make_spec(std::vector<std::int64_t> sizes, std::vector<std::vector<int>> groups, double sigma = 1.9,
-                  std::uint64_t seed = 1) {
-  VacSpec spec{.extents = Extents(std::move(sizes)), .groups = {}, .toroidal = {}};
-  for (auto& axes : groups) spec.groups.push_back({std::move(axes), sigma});
-  spec.seed = seed;
-  return spec;
-}
+using namespace testing_support;
 
 TEST(VacStartPattern, DrawsEachPixelAtMostOnce) {
-  VacSpec spec = make_spec({97, 89}, {{0, 1}});
+  VacSpec spec = vac_spec({97, 89}, {{0, 1}});
   spec.density = 0.5;
   const auto points = vac_start_pattern(spec);
   EXPECT_EQ(points.size(), 97U * 89U / 2U);
@@ -39,7 +34,7 @@ TEST(VacKernel, LeavesRoomForAllNeighboursAndAFlag) {
   for (const double sigma : {0.3, 1.0, 1.9, 8.0, 30.0}) {
     for (const auto& groups : std::vector<std::vector<std::vector<int>>>{
              {{0, 1}}, {{0, 1, 2}}, {{0, 1}, {2}}, {{0, 1}, {2, 3}}, {{0, 1}, {2}, {3}}}) {
-      const VacKernel kernel(make_spec({32, 31, 16, 17}, groups, sigma));
+      const VacKernel kernel(vac_spec({32, 31, 16, 17}, groups, sigma));
       std::uint64_t sum = 0;
       for (const VacGroupKernel& group : kernel.groups()) {
         for (const std::uint32_t weight : group.weights) sum += weight;
@@ -56,7 +51,7 @@ TEST(VacKernel, LeavesRoomForAllNeighboursAndAFlag) {
 TEST(VacKernel, ScalesByTheLargestPowerOfTwoThatFits) {
   for (const double sigma : {0.6, 1.9, 8.0}) {
     for (const auto& groups : std::vector<std::vector<std::vector<int>>>{{{0, 1}}, {{0, 1}, {2}}, {{0, 1, 2}}}) {
-      const VacSpec spec = make_spec({13, 11, 7}, groups, sigma);
+      const VacSpec spec = vac_spec({13, 11, 7}, groups, sigma);
       const int scale_log2 = VacKernel(spec).scale_log2();
       EXPECT_LT(oracle::VoidAndClusterOracle(spec, scale_log2).largest_energy(), std::int64_t{vac_flag});
       EXPECT_TRUE(scale_log2 == 30 ||
@@ -67,7 +62,7 @@ TEST(VacKernel, ScalesByTheLargestPowerOfTwoThatFits) {
 
 TEST(VacField, EnergyOfTheLastPixelIsTheSumOfAllWeightsAtTheLimits) {
   for (const double sigma : {0.3, 1.9, 8.0}) {
-    const VacSpec spec = make_spec({29, 23, 7, 5}, {{0, 1}, {2, 3}}, sigma);
+    const VacSpec spec = vac_spec({29, 23, 7, 5}, {{0, 1}, {2, 3}}, sigma);
     const VacKernel kernel(spec);
     VacField field(spec, kernel, 0, spec.extents.num_slices());
     std::vector<std::uint64_t> all(static_cast<std::size_t>(spec.extents.num_cells()));
@@ -82,7 +77,7 @@ TEST(VacField, EnergyOfTheLastPixelIsTheSumOfAllWeightsAtTheLimits) {
 TEST(VacField, SlicesOfItsOwnGetTheSameEnergiesFromPicksAnywhere) {
   for (const auto& groups :
        std::vector<std::vector<std::vector<int>>>{{{0, 1}, {2, 3}}, {{0, 1}, {2}, {3}}, {{0, 1, 2, 3}}, {{1, 3}}}) {
-    const VacSpec spec = make_spec({13, 11, 5, 3}, groups, 1.3);
+    const VacSpec spec = vac_spec({13, 11, 5, 3}, groups, 1.3);
     const VacKernel kernel(spec);
     VacField whole(spec, kernel, 0, 15);
     const auto points = vac_start_pattern(spec);
@@ -99,7 +94,7 @@ TEST(VacField, SlicesOfItsOwnGetTheSameEnergiesFromPicksAnywhere) {
 }
 
 TEST(VacLayout, IndexesBeyondFourBillionPixels) {
-  const VacSpec spec = make_spec({65536, 32768, 4, 3}, {{0, 1}, {2, 3}});
+  const VacSpec spec = vac_spec({65536, 32768, 4, 3}, {{0, 1}, {2, 3}});
   const VacLayout layout(spec, 0, 12);
   const std::uint64_t position = 65535 + 65536ULL * (32767 + 32768ULL * (3 + 4 * 2));
   EXPECT_THAT(layout.coord(position), testing::ElementsAre(65535, 32767, 3, 2, 0, 0, 0, 0));
@@ -109,8 +104,8 @@ TEST(VacLayout, IndexesBeyondFourBillionPixels) {
 
 // The last slices of a texture of 2^42 pixels get the energies and candidates of the last ones of a small texture.
 TEST(VacField, HoldsSlicesBeyondFourBillionPixels) {
-  const VacSpec small = make_spec({64, 64, 64}, {{0, 1}, {2}}, 0.9);
-  const VacSpec large = make_spec({64, 64, std::int64_t{1} << 30}, {{0, 1}, {2}}, 0.9);
+  const VacSpec small = vac_spec({64, 64, 64}, {{0, 1}, {2}}, 0.9);
+  const VacSpec large = vac_spec({64, 64, std::int64_t{1} << 30}, {{0, 1}, {2}}, 0.9);
   const VacKernel small_kernel(small);
   const VacKernel large_kernel(large);
   ASSERT_EQ(small_kernel.scale_log2(), large_kernel.scale_log2());
@@ -158,7 +153,7 @@ TEST(VacOrder, HoldsRanksBeyondFourBillion) {
 }
 
 TEST(VacStartPattern, DrawsAllOverMoreThanFourBillionPixels) {
-  const VacSpec spec = make_spec({64, 64, std::int64_t{1} << 30}, {{0, 1}});
+  const VacSpec spec = vac_spec({64, 64, std::int64_t{1} << 30}, {{0, 1}});
   std::array<int, 4> quarter{};
   for (std::uint64_t draw = 0; draw < 4000; ++draw) {
     const std::uint64_t position = vac_start_draw(spec, draw);

@@ -12,35 +12,16 @@
 #include <string>
 
 #include "optimize/vac_kernel.h"
+#include "support/mpi_session.h"
+#include "support/vac_specs.h"
 #include "support/void_and_cluster_oracle.h"
 
 namespace noiseloom {
 namespace {
 
+using namespace testing_support;
+
 constexpr std::int64_t everything = std::numeric_limits<std::int64_t>::max();
-
-VacSpec make_spec(std::vector<std::int64_t> sizes, std::vector<std::vector<int>> groups, double sigma = 1.9,
-                  std::uint64_t seed = 1) {
-  VacSpec spec{.extents = Extents(std::move(sizes)), .groups = {}, .toroidal = {}};
-  for (auto& axes : groups) spec.groups.push_back({std::move(axes), sigma});
-  spec.seed = seed;
-  return spec;
-}
-
-// MPI for the whole test program.
-class MpiEnvironment : public testing::Environment {
- public:
-  void SetUp() override {
-    int argc = 0;
-    char** argv = nullptr;
-    session_ = std::make_unique<MpiSession>(argc, argv);
-  }
-  void TearDown() override { session_.reset(); }
-
- private:
-  std::unique_ptr<MpiSession> session_;
-};
-[[maybe_unused]] const auto* const mpi = testing::AddGlobalTestEnvironment(new MpiEnvironment);
 
 // A run on this process alone.
 class LocalRun {
@@ -85,43 +66,43 @@ void expect_equals_oracle(const VacSpec& spec) {
 }
 
 TEST(VoidAndCluster, EqualsSlowTwinIn2D) {
-  for (const std::uint64_t seed : {1, 2, 3}) expect_equals_oracle(make_spec({16, 16}, {{0, 1}}, 1.9, seed));
-  expect_equals_oracle(make_spec({31, 23}, {{0, 1}}, 1.5));
-  expect_equals_oracle(make_spec({67, 13}, {{0, 1}}, 1.5));  // rows longer than one word of bits, leaves across rows
-  expect_equals_oracle(make_spec({13, 67}, {{1, 0}}, 1.1));
+  for (const std::uint64_t seed : {1, 2, 3}) expect_equals_oracle(vac_spec({16, 16}, {{0, 1}}, 1.9, seed));
+  expect_equals_oracle(vac_spec({31, 23}, {{0, 1}}, 1.5));
+  expect_equals_oracle(vac_spec({67, 13}, {{0, 1}}, 1.5));  // rows longer than one word of bits, leaves across rows
+  expect_equals_oracle(vac_spec({13, 67}, {{1, 0}}, 1.1));
 }
 
 TEST(VoidAndCluster, EqualsSlowTwinIn3D) {
-  expect_equals_oracle(make_spec({11, 7, 9}, {{0, 1, 2}}, 1.2));
-  expect_equals_oracle(make_spec({8, 8, 8}, {{0, 1, 2}}, 1.9));
+  expect_equals_oracle(vac_spec({11, 7, 9}, {{0, 1, 2}}, 1.2));
+  expect_equals_oracle(vac_spec({8, 8, 8}, {{0, 1, 2}}, 1.9));
 }
 
 TEST(VoidAndCluster, EqualsSlowTwinIn2Dx1D) {
-  expect_equals_oracle(make_spec({13, 11, 5}, {{0, 1}, {2}}));
-  expect_equals_oracle(make_spec({8, 8, 16}, {{0, 1}, {2}}));
-  expect_equals_oracle(make_spec({5, 3, 37}, {{0, 1}, {2}}, 1.3));
+  expect_equals_oracle(vac_spec({13, 11, 5}, {{0, 1}, {2}}));
+  expect_equals_oracle(vac_spec({8, 8, 16}, {{0, 1}, {2}}));
+  expect_equals_oracle(vac_spec({5, 3, 37}, {{0, 1}, {2}}, 1.3));
 }
 
 TEST(VoidAndCluster, EqualsSlowTwinIn2Dx2D) {
-  expect_equals_oracle(make_spec({7, 5, 3, 11}, {{0, 1}, {2, 3}}));
-  expect_equals_oracle(make_spec({6, 6, 6, 6}, {{0, 1}, {2, 3}}, 0.9));
+  expect_equals_oracle(vac_spec({7, 5, 3, 11}, {{0, 1}, {2, 3}}));
+  expect_equals_oracle(vac_spec({6, 6, 6, 6}, {{0, 1}, {2, 3}}, 0.9));
 }
 
 TEST(VoidAndCluster, EqualsSlowTwinIn2Dx1Dx1D) {
-  expect_equals_oracle(make_spec({7, 5, 11, 3}, {{0, 1}, {2}, {3}}));
-  expect_equals_oracle(make_spec({8, 8, 4, 4}, {{0, 1}, {2}, {3}}));
+  expect_equals_oracle(vac_spec({7, 5, 11, 3}, {{0, 1}, {2}, {3}}));
+  expect_equals_oracle(vac_spec({8, 8, 4, 4}, {{0, 1}, {2}, {3}}));
 }
 
 TEST(VoidAndCluster, EqualsSlowTwinForUnusualGroups) {
-  expect_equals_oracle(make_spec({7, 9, 13}, {{0, 2}, {1}}));             // x with a slice axis, y alone
-  expect_equals_oracle(make_spec({7, 9, 13}, {{1, 2}}, 1.4));             // y with a slice axis, x uncoupled
-  expect_equals_oracle(make_spec({7, 9, 5}, {{0, 1}, {0, 2}, {1, 2}}));   // groups that share axes
-  expect_equals_oracle(make_spec({5, 4, 3, 7, 2}, {{0, 1, 3}, {2, 4}}));  // five axes
-  expect_equals_oracle(make_spec({9, 10, 11}, {{2}}));                    // each pixel alone over time
+  expect_equals_oracle(vac_spec({7, 9, 13}, {{0, 2}, {1}}));             // x with a slice axis, y alone
+  expect_equals_oracle(vac_spec({7, 9, 13}, {{1, 2}}, 1.4));             // y with a slice axis, x uncoupled
+  expect_equals_oracle(vac_spec({7, 9, 5}, {{0, 1}, {0, 2}, {1, 2}}));   // groups that share axes
+  expect_equals_oracle(vac_spec({5, 4, 3, 7, 2}, {{0, 1, 3}, {2, 4}}));  // five axes
+  expect_equals_oracle(vac_spec({9, 10, 11}, {{2}}));                    // each pixel alone over time
 }
 
 TEST(VoidAndCluster, EqualsSlowTwinWithASigmaPerGroup) {
-  VacSpec spec = make_spec({13, 11, 7}, {{0, 1}, {2}});
+  VacSpec spec = vac_spec({13, 11, 7}, {{0, 1}, {2}});
   spec.groups[0].sigma_px = 2.3;
   spec.groups[1].sigma_px = 0.7;
   expect_equals_oracle(spec);
@@ -132,7 +113,7 @@ TEST(VoidAndCluster, EqualsSlowTwinForSizesOneTwoThree) {
     for (const std::int64_t y : {1, 2, 3}) {
       for (const std::int64_t t : {1, 2, 3}) {
         for (const double density : {0.1, 0.5}) {
-          VacSpec spec = make_spec({x, y, t}, {{0, 1}, {2}});
+          VacSpec spec = vac_spec({x, y, t}, {{0, 1}, {2}});
           spec.density = density;
           expect_equals_oracle(spec);
           spec.groups = {{{0, 1, 2}, 1.9}};
@@ -145,33 +126,33 @@ TEST(VoidAndCluster, EqualsSlowTwinForSizesOneTwoThree) {
 
 TEST(VoidAndCluster, EqualsSlowTwinOnNonToroidalAxes) {
   for (int open = 0; open < 8; ++open) {
-    VacSpec spec = make_spec({13, 11, 5}, {{0, 1}, {2}});
+    VacSpec spec = vac_spec({13, 11, 5}, {{0, 1}, {2}});
     spec.toroidal = {(open & 1) == 0, (open & 2) == 0, (open & 4) == 0};
     expect_equals_oracle(spec);
     spec.groups = {{{0, 1, 2}, 1.3}};
     expect_equals_oracle(spec);
   }
-  VacSpec spec = make_spec({5, 4, 7, 6}, {{0, 1}, {2, 3}});
+  VacSpec spec = vac_spec({5, 4, 7, 6}, {{0, 1}, {2, 3}});
   spec.toroidal = {true, true, false, false};
   expect_equals_oracle(spec);
 }
 
 TEST(VoidAndCluster, EqualsSlowTwinWhereTheFootprintIsLargerThanAnAxis) {
-  expect_equals_oracle(make_spec({3, 29}, {{0, 1}}));
-  expect_equals_oracle(make_spec({17, 13}, {{0, 1}}, 8));
-  expect_equals_oracle(make_spec({101, 3}, {{0, 1}}, 8));  // rows of taps longer than one run of bits
-  expect_equals_oracle(make_spec({4, 5, 41, 2}, {{0, 1}, {2, 3}}, 8));
+  expect_equals_oracle(vac_spec({3, 29}, {{0, 1}}));
+  expect_equals_oracle(vac_spec({17, 13}, {{0, 1}}, 8));
+  expect_equals_oracle(vac_spec({101, 3}, {{0, 1}}, 8));  // rows of taps longer than one run of bits
+  expect_equals_oracle(vac_spec({4, 5, 41, 2}, {{0, 1}, {2, 3}}, 8));
 }
 
 TEST(VoidAndCluster, EqualsSlowTwinForNarrowKernels) {
   for (const double sigma : {0.05, 0.12, 0.3, 0.5}) {
-    expect_equals_oracle(make_spec({17, 19}, {{0, 1}}, sigma));
-    expect_equals_oracle(make_spec({7, 5, 11}, {{0, 1}, {2}}, sigma));
+    expect_equals_oracle(vac_spec({17, 19}, {{0, 1}}, sigma));
+    expect_equals_oracle(vac_spec({7, 5, 11}, {{0, 1}, {2}}, sigma));
   }
 }
 
 TEST(VoidAndCluster, EqualsSlowTwinForAnyNumberOfStartPoints) {
-  VacSpec spec = make_spec({13, 11, 3}, {{0, 1}, {2}});
+  VacSpec spec = vac_spec({13, 11, 3}, {{0, 1}, {2}});
   for (const int points : {0, 1, 2, 3, 100, 214}) {
     spec.density = (points + 0.5) / static_cast<double>(spec.extents.num_cells());
     ASSERT_EQ(vac_start_pattern(spec).size(), static_cast<std::size_t>(points));
@@ -180,7 +161,7 @@ TEST(VoidAndCluster, EqualsSlowTwinForAnyNumberOfStartPoints) {
 }
 
 TEST(VoidAndCluster, RanksByHashAloneWhenAllPixelsTie) {
-  const VacSpec spec = make_spec({127, 131}, {{0, 1}}, 0.05);
+  const VacSpec spec = vac_spec({127, 131}, {{0, 1}}, 0.05);
   ASSERT_EQ(VacKernel(spec).weight_sum(), 0U);
   const auto ranks = ranks_of(spec);
   const VacTieHash hash(spec.seed);
@@ -191,13 +172,13 @@ TEST(VoidAndCluster, RanksByHashAloneWhenAllPixelsTie) {
 }
 
 TEST(VoidAndCluster, RanksEveryPixelOnce) {
-  auto ranks = ranks_of((make_spec({61, 67, 7}, {{0, 1}, {2}})));
+  auto ranks = ranks_of((vac_spec({61, 67, 7}, {{0, 1}, {2}})));
   std::sort(ranks.begin(), ranks.end());
   for (std::size_t i = 0; i < ranks.size(); ++i) ASSERT_EQ(ranks[i], i);
 }
 
 TEST(VoidAndCluster, DoesNotDependOnHowPicksAreDivided) {
-  const VacSpec spec = make_spec({23, 19, 6}, {{0, 1}, {2}});
+  const VacSpec spec = vac_spec({23, 19, 6}, {{0, 1}, {2}});
   const auto whole = ranks_of(spec);
   for (const std::int64_t batch : {1, 2, 7, 100}) {
     LocalRun run(spec);
@@ -207,8 +188,8 @@ TEST(VoidAndCluster, DoesNotDependOnHowPicksAreDivided) {
 }
 
 TEST(VoidAndCluster, DoesNotDependOnThreads) {
-  for (const VacSpec& spec : {make_spec({23, 19, 6}, {{0, 1}, {2}}), make_spec({9, 10, 5, 3}, {{0, 1}, {2, 3}}),
-                              make_spec({61, 67}, {{0, 1}}), make_spec({11, 5, 7, 3}, {{0, 1, 2}, {3}})}) {
+  for (const VacSpec& spec : {vac_spec({23, 19, 6}, {{0, 1}, {2}}), vac_spec({9, 10, 5, 3}, {{0, 1}, {2, 3}}),
+                              vac_spec({61, 67}, {{0, 1}}), vac_spec({11, 5, 7, 3}, {{0, 1, 2}, {3}})}) {
     const auto one = ranks_of(spec);
     for (const int threads : {2, 3, 5, 16}) {
       LocalRun run(spec, threads);
@@ -219,7 +200,7 @@ TEST(VoidAndCluster, DoesNotDependOnThreads) {
 }
 
 TEST(VoidAndCluster, DoesNotDependOnTheLimitOfBatches) {
-  const VacSpec spec = make_spec({23, 19, 6}, {{0, 1}, {2}});
+  const VacSpec spec = vac_spec({23, 19, 6}, {{0, 1}, {2}});
   const auto whole = ranks_of(spec);
   for (const std::int64_t batch : {1, 2, 7, 100}) {
     LocalRun run(spec);
@@ -230,7 +211,7 @@ TEST(VoidAndCluster, DoesNotDependOnTheLimitOfBatches) {
 }
 
 TEST(VoidAndCluster, RefusesAnOrderThatIsNotThatOfItsProgress) {
-  const VacSpec spec = make_spec({11, 7, 5}, {{0, 1}, {2}});
+  const VacSpec spec = vac_spec({11, 7, 5}, {{0, 1}, {2}});
   LocalRun from(spec);
   const auto order = [&](SliceIndex slice) { return from->order(slice); };
   for (; !from->done(); from->advance(10)) {
@@ -245,7 +226,7 @@ TEST(VoidAndCluster, RefusesAnOrderThatIsNotThatOfItsProgress) {
 }
 
 TEST(VoidAndCluster, DoesNotDependOnTheWidthOfVectors) {
-  const VacSpec spec = make_spec({37, 23, 5, 3}, {{0, 1}, {2, 3}});
+  const VacSpec spec = vac_spec({37, 23, 5, 3}, {{0, 1}, {2, 3}});
   const auto best = ranks_of(spec);
   for (std::int64_t rest = hwy::SupportedTargets() & HWY_TARGETS; rest != 0; rest &= rest - 1) {
     const std::int64_t target = rest & -rest;
@@ -258,7 +239,7 @@ TEST(VoidAndCluster, DoesNotDependOnTheWidthOfVectors) {
 }
 
 TEST(VoidAndCluster, ContinuesFromTheStateBetweenAnyTwoPicks) {
-  const VacSpec spec = make_spec({11, 7, 5}, {{0, 1}, {2}});
+  const VacSpec spec = vac_spec({11, 7, 5}, {{0, 1}, {2}});
   const auto whole = ranks_of(spec);
   std::set<VacPhase> phases;
   LocalRun straight(spec);
@@ -274,7 +255,7 @@ TEST(VoidAndCluster, ContinuesFromTheStateBetweenAnyTwoPicks) {
 }
 
 TEST(VoidAndCluster, DoesAtMostAsManyPicksAsAsked) {
-  LocalRun run(make_spec({16, 16}, {{0, 1}}));
+  LocalRun run(vac_spec({16, 16}, {{0, 1}}));
   while (!run->done()) {
     const auto before = run->progress();
     run->advance(5);
@@ -284,7 +265,7 @@ TEST(VoidAndCluster, DoesAtMostAsManyPicksAsAsked) {
 }
 
 TEST(CheckVacSpec, NamesEveryFault) {
-  VacSpec spec = make_spec({8, 8}, {{0, 1}, {}, {0, 0, 2}}, -1);
+  VacSpec spec = vac_spec({8, 8}, {{0, 1}, {}, {0, 0, 2}}, -1);
   spec.density = 0.7;
   spec.toroidal = {true};
   try {

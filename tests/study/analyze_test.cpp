@@ -60,7 +60,7 @@ TEST(Analyze, NeedsNoConfigForPicturesAndSpectra) {
 
 TEST(Analyze, ShowsThePointsOfAMaskAndTheAxesThatItsFilterGroups) {
   const TemporaryFolder folder;
-  const VacSpec spec = mask_spec({23, 21, 5, 7}, {{0, 1}, {2, 3}});
+  const VacSpec spec = testing_support::vac_spec({23, 21, 5, 7}, {{0, 1}, {2, 3}});
   write_mask_file(folder / "mask.h5", spec.extents, mask_ranks(spec));
   const SpectralQuality quality = analyze(load_texture(folder / "mask.h5", std::nullopt), folder / "report");
   for (const char* const name :

@@ -1,10 +1,6 @@
 // Void-and-cluster masks, and run files that hold them.
 #pragma once
 
-#if defined(__SANITIZE_ADDRESS__)
-#include <sanitizer/lsan_interface.h>
-#endif
-
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -14,6 +10,8 @@
 #include "noiseloom/dist/communicator.h"
 #include "noiseloom/optimize/void_and_cluster.h"
 #include "study/study_support.h"
+#include "support/mpi_session.h"
+#include "support/vac_specs.h"
 
 namespace noiseloom {
 
@@ -23,39 +21,6 @@ inline constexpr bool under_sanitizers = true;
 #else
 inline constexpr bool under_sanitizers = false;
 #endif
-
-// Groups of axes with sigma 1.9, density 0.1: the defaults of a mask.
-inline VacSpec mask_spec(std::vector<std::int64_t> sizes, std::vector<std::vector<int>> groups) {
-  VacSpec spec{.extents = Extents(std::move(sizes)), .groups = {}, .toroidal = {}};
-  for (auto& axes : groups) spec.groups.push_back({std::move(axes), 1.9});
-  return spec;
-}
-
-// MPI for the whole test program.
-class MpiEnvironment : public testing::Environment {
- public:
-  void SetUp() override {
-    const LeaksOfOthers allowed;
-    int argc = 0;
-    char** argv = nullptr;
-    session_ = std::make_unique<MpiSession>(argc, argv);
-  }
-  void TearDown() override {
-    const LeaksOfOthers allowed;
-    session_.reset();
-  }
-
- private:
-  // Open MPI itself never frees what it has at the end.
-  struct LeaksOfOthers {
-#if defined(__SANITIZE_ADDRESS__)
-    __lsan::ScopedDisabler disabler = {};
-#endif
-    ~LeaksOfOthers() {}
-  };
-  std::unique_ptr<MpiSession> session_;
-};
-inline const testing::Environment* const mpi_environment = testing::AddGlobalTestEnvironment(new MpiEnvironment);
 
 // The rank of every pixel, x fastest; of a texture whose ranks fit uint32.
 inline std::vector<std::uint64_t> mask_ranks(const VacSpec& spec) {

@@ -55,19 +55,19 @@ TEST(SpectralQuality, MeasuresWhatTheFilterGroupsAndEverySliceAxis) {
 // The bounds are those that a mask of the method must keep (the same figures come from tests/bench/mask_quality.py,
 // which shares no code with this).
 TEST(MaskQuality, OfSlicesOf64x64x16IsWithinItsBound) {
-  const SpectralQuality quality = quality_of(mask_spec({64, 64, 16}, {{0, 1}, {2}}));
+  const SpectralQuality quality = quality_of(testing_support::vac_spec({64, 64, 16}, {{0, 1}, {2}}));
   EXPECT_LE(group_of(quality, "xy").low_frequency_power, 4.5e-4);
 }
 
 TEST(MaskQuality, Of256x256IsWithinItsBound) {
   if (under_sanitizers) GTEST_SKIP() << "takes half a minute under sanitizers; 64x64x16 stands for it";
-  const SpectralQuality quality = quality_of(mask_spec({256, 256}, {{0, 1}}));
+  const SpectralQuality quality = quality_of(testing_support::vac_spec({256, 256}, {{0, 1}}));
   EXPECT_LE(group_of(quality, "xy").low_frequency_power, 3e-5);
 }
 
 TEST(MaskQuality, Of128x128x32IsWithinItsBoundsOverSpaceAndTime) {
   if (under_sanitizers) GTEST_SKIP() << "takes half a minute under sanitizers; 64x64x16 stands for it";
-  const SpectralQuality quality = quality_of(mask_spec({128, 128, 32}, {{0, 1}, {2}}));
+  const SpectralQuality quality = quality_of(testing_support::vac_spec({128, 128, 32}, {{0, 1}, {2}}));
   EXPECT_LE(group_of(quality, "xy").low_frequency_power, 4.5e-4);
   const std::vector<double>& bins = group_of(quality, "t").first_bins;
   ASSERT_EQ(bins.size(), 3U);

@@ -42,7 +42,7 @@ int energies_changed_by_shift(const VacSpec& spec, const std::vector<std::int64_
 TEST(Torus, AShiftChangesNoEnergy) {
   for (const auto& groups : std::vector<std::vector<std::vector<int>>>{
            {{0, 1}, {2, 3}}, {{0, 1}, {2}, {3}}, {{0, 1, 2, 3}}, {{1, 3}, {0}}}) {
-    VacSpec spec = mask_spec({13, 11, 5, 7}, groups);
+    VacSpec spec = testing_support::vac_spec({13, 11, 5, 7}, groups);
     EXPECT_EQ(energies_changed_by_shift(spec, {5, 0, 0, 0}), 0);
     EXPECT_EQ(energies_changed_by_shift(spec, {12, 7, 4, 3}), 0);
     spec.toroidal = {true, false, true, true};
@@ -52,7 +52,7 @@ TEST(Torus, AShiftChangesNoEnergy) {
 }
 
 TEST(Torus, AShiftChangesNoSpectrum) {
-  const VacSpec spec = mask_spec({24, 20, 12}, {{0, 1}, {2}});
+  const VacSpec spec = testing_support::vac_spec({24, 20, 12}, {{0, 1}, {2}});
   const std::vector<std::uint64_t> ranks = mask_ranks(spec);
   std::vector<std::uint64_t> moved(ranks.size());
   for (std::uint64_t p = 0; p < ranks.size(); ++p) moved[shifted(spec.extents, p, {7, 19, 5})] = ranks[p];
@@ -132,7 +132,7 @@ const std::vector<std::int64_t> sizes = {64, 64, 32};
 
 TEST(Torus, NeighboursAcrossTheSeamAreAsThoseInside) {
   if (under_sanitizers) GTEST_SKIP() << "131072 pixels take ten seconds under sanitizers";
-  const VacSpec spec = mask_spec(sizes, {{0, 1}, {2}});
+  const VacSpec spec = testing_support::vac_spec(sizes, {{0, 1}, {2}});
   const std::vector<std::uint64_t> ranks = mask_ranks(spec);
   for (int axis = 0; axis < 3; ++axis) {
     const Layers layers(spec.extents, ranks, axis);
@@ -149,7 +149,7 @@ TEST(Torus, NeighboursAcrossTheSeamAreAsThoseInside) {
 TEST(Torus, TheSeamOfABoundedAxisIsFree) {
   if (under_sanitizers) GTEST_SKIP() << "131072 pixels take ten seconds under sanitizers";
   for (int bounded = 0; bounded < 3; ++bounded) {
-    VacSpec spec = mask_spec(sizes, {{0, 1}, {2}});
+    VacSpec spec = testing_support::vac_spec(sizes, {{0, 1}, {2}});
     spec.toroidal = {true, true, true};
     spec.toroidal[static_cast<std::size_t>(bounded)] = false;
     const std::vector<std::uint64_t> ranks = mask_ranks(spec);
