@@ -6,6 +6,7 @@
 #include "noiseloom/problem/sample_space.h"
 #include "noiseloom/problem/score.h"
 #include "support/filter_specs.h"
+#include "support/sanitizers.h"
 
 namespace noiseloom {
 namespace {
@@ -57,11 +58,8 @@ double drift(SampleKind kind, Precision precision, int count) {
   return std::abs(followed - score());
 }
 
-#ifdef __SANITIZE_ADDRESS__
-constexpr int million = 20'000;  // vectors made of scalars, every access checked: 60 us a swap
-#else
-constexpr int million = 1'000'000;
-#endif
+// Under sanitizers: vectors made of scalars, every access checked, 60 us a swap.
+constexpr int million = under_sanitizers ? 20'000 : 1'000'000;
 
 TEST(HardCases, AMillionSwapsInDoubleLeaveNoDrift) {
   EXPECT_LT(drift(SampleKind::uniform, Precision::dual, million), 1e-10);

@@ -51,7 +51,7 @@ TEST(VacKernel, LeavesRoomForAllNeighboursAndAFlag) {
 TEST(VacKernel, ScalesByTheLargestPowerOfTwoThatFits) {
   for (const double sigma : {0.6, 1.9, 8.0}) {
     for (const auto& groups : std::vector<std::vector<std::vector<int>>>{{{0, 1}}, {{0, 1}, {2}}, {{0, 1, 2}}}) {
-      const VacSpec spec = vac_spec({13, 11, 7}, groups, sigma);
+      const VacSpec spec = vac_spec({9, 7, 5}, groups, sigma);
       const int scale_log2 = VacKernel(spec).scale_log2();
       EXPECT_LT(oracle::VoidAndClusterOracle(spec, scale_log2).largest_energy(), std::int64_t{vac_flag});
       EXPECT_TRUE(scale_log2 == 30 ||

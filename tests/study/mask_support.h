@@ -11,16 +11,10 @@
 #include "noiseloom/optimize/void_and_cluster.h"
 #include "study/study_support.h"
 #include "support/mpi_session.h"
+#include "support/sanitizers.h"
 #include "support/vac_specs.h"
 
 namespace noiseloom {
-
-// Where an optimised third of a second is ten.
-#if defined(__SANITIZE_ADDRESS__)
-inline constexpr bool under_sanitizers = true;
-#else
-inline constexpr bool under_sanitizers = false;
-#endif
 
 // The rank of every pixel, x fastest; of a texture whose ranks fit uint32.
 inline std::vector<std::uint64_t> mask_ranks(const VacSpec& spec) {

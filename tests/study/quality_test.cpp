@@ -60,13 +60,13 @@ TEST(MaskQuality, OfSlicesOf64x64x16IsWithinItsBound) {
 }
 
 TEST(MaskQuality, Of256x256IsWithinItsBound) {
-  if (under_sanitizers) GTEST_SKIP() << "takes half a minute under sanitizers; 64x64x16 stands for it";
+  if (testing_support::under_sanitizers) GTEST_SKIP() << "takes half a minute under sanitizers; 64x64x16 stands for it";
   const SpectralQuality quality = quality_of(testing_support::vac_spec({256, 256}, {{0, 1}}));
   EXPECT_LE(group_of(quality, "xy").low_frequency_power, 3e-5);
 }
 
 TEST(MaskQuality, Of128x128x32IsWithinItsBoundsOverSpaceAndTime) {
-  if (under_sanitizers) GTEST_SKIP() << "takes half a minute under sanitizers; 64x64x16 stands for it";
+  if (testing_support::under_sanitizers) GTEST_SKIP() << "takes half a minute under sanitizers; 64x64x16 stands for it";
   const SpectralQuality quality = quality_of(testing_support::vac_spec({128, 128, 32}, {{0, 1}, {2}}));
   EXPECT_LE(group_of(quality, "xy").low_frequency_power, 4.5e-4);
   const std::vector<double>& bins = group_of(quality, "t").first_bins;

@@ -131,7 +131,7 @@ constexpr double slack = 5;
 const std::vector<std::int64_t> sizes = {64, 64, 32};
 
 TEST(Torus, NeighboursAcrossTheSeamAreAsThoseInside) {
-  if (under_sanitizers) GTEST_SKIP() << "131072 pixels take ten seconds under sanitizers";
+  if (testing_support::under_sanitizers) GTEST_SKIP() << "131072 pixels take ten seconds under sanitizers";
   const VacSpec spec = testing_support::vac_spec(sizes, {{0, 1}, {2}});
   const std::vector<std::uint64_t> ranks = mask_ranks(spec);
   for (int axis = 0; axis < 3; ++axis) {
@@ -147,7 +147,7 @@ TEST(Torus, NeighboursAcrossTheSeamAreAsThoseInside) {
 }
 
 TEST(Torus, TheSeamOfABoundedAxisIsFree) {
-  if (under_sanitizers) GTEST_SKIP() << "131072 pixels take ten seconds under sanitizers";
+  if (testing_support::under_sanitizers) GTEST_SKIP() << "131072 pixels take ten seconds under sanitizers";
   for (int bounded = 0; bounded < 3; ++bounded) {
     VacSpec spec = testing_support::vac_spec(sizes, {{0, 1}, {2}});
     spec.toroidal = {true, true, true};
