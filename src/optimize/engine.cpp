@@ -48,7 +48,6 @@ struct Engine::Impl {
   PartnerDraw partners;
   std::vector<AnnealMover> anneal_movers;  // one for each thread
   std::vector<PairingMover> pairing_movers;
-
   std::map<SliceIndex, SliceField> fields;               // own and needed
   std::vector<std::vector<std::uint32_t>> permutations;  // own
   EngineState state;
