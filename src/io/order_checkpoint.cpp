@@ -205,7 +205,7 @@ std::vector<OrderRow> restore_order_run(const RunFileReader* file, const RunConf
     if (order < 0 || file->content().datasets[static_cast<std::size_t>(order)].type != type) {
       throw UserError("", "the run file has no /order, or one of another type than the texture asks for");
     }
-    const auto points = static_cast<std::int64_t>(config.optimizer.density * static_cast<double>(extents.num_cells()));
+    const std::int64_t points = vac_num_start_points(vac_spec(config));
     if (state.start_points != points) {
       throw UserError(
           "", fmt::format("/state has {} start points, but the config asks for {}", state.start_points, points));

@@ -84,40 +84,40 @@ HWY_INLINE void add_row(const VacLayout& layout, const VacRow& row, const std::u
   if (end > width) add_part(add, words, w + (width - begin), static_cast<std::size_t>(end - width));
 }
 
-template <class A>
-HWY_INLINE void add_plane(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
-                          std::uint64_t position) {
+// Calls visit(row, x, words of the row's line) for the kernel rows that meet the slice of `position`.
+template <class Word, class Visit>
+HWY_INLINE void each_plane_row(const VacLayout& layout, const VacGroupKernel& group, Word* data, std::uint64_t position,
+                               const Visit& visit) {
   const auto cell = static_cast<std::int64_t>(position) % layout.cells;
   const std::int64_t slice = static_cast<std::int64_t>(position) / layout.cells;
   if (!layout.has_slice(slice)) return;
   const std::int64_t width = layout.size[0];
   const std::int64_t x = cell % width;
   const std::int64_t y = cell / width;
-  std::uint32_t* const words = data + (slice - layout.slice_begin) * layout.slice_words;
+  Word* const words = data + (slice - layout.slice_begin) * layout.slice_words;
   for (const VacRow& row : group.rows) {
     std::int64_t row_y = y;
-    if (!layout.move(row_y, 1, row.offset[0])) continue;
-    add_row(layout, row, group.weights.data(), add, x, words + row_y * width);
+    if (layout.move(row_y, 1, row.offset[0])) visit(row, x, words + row_y * width);
   }
+}
+
+template <class A>
+HWY_INLINE void add_plane(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
+                          std::uint64_t position) {
+  each_plane_row(layout, group, data, position, [&](const VacRow& row, std::int64_t x, std::uint32_t* line) HWY_ATTR {
+    add_row(layout, row, group.weights.data(), add, x, line);
+  });
 }
 
 // Fetches the lines that add_plane will write to.
 HWY_INLINE void prefetch_plane(const VacLayout& layout, const VacGroupKernel& group, const std::uint32_t* data,
                                std::uint64_t position) {
-  const auto cell = static_cast<std::int64_t>(position) % layout.cells;
-  const std::int64_t slice = static_cast<std::int64_t>(position) / layout.cells;
-  if (!layout.has_slice(slice)) return;
-  const std::int64_t width = layout.size[0];
-  const std::int64_t x = cell % width;
-  const std::int64_t y = cell / width;
-  const std::uint32_t* const words = data + (slice - layout.slice_begin) * layout.slice_words;
-  for (const VacRow& row : group.rows) {
-    std::int64_t row_y = y;
-    if (!layout.move(row_y, 1, row.offset[0])) continue;
-    const std::uint32_t* const begin = words + row_y * width + std::max<std::int64_t>(x - row.lo, 0);
-    __builtin_prefetch(begin, 1);
-    __builtin_prefetch(begin + row.lo + row.hi, 1);
-  }
+  each_plane_row(layout, group, data, position,
+                 [](const VacRow& row, std::int64_t x, const std::uint32_t* line) HWY_ATTR {
+                   const std::uint32_t* const begin = line + std::max<std::int64_t>(x - row.lo, 0);
+                   __builtin_prefetch(begin, 1);
+                   __builtin_prefetch(begin + row.lo + row.hi, 1);
+                 });
 }
 
 template <class A>

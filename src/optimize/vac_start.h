@@ -7,7 +7,6 @@
 
 namespace noiseloom {
 
-std::int64_t vac_num_start_points(const VacSpec& spec);
 // The position that draw number `draw` hits.
 std::uint64_t vac_start_draw(const VacSpec& spec, std::uint64_t draw);
 

@@ -82,7 +82,9 @@ class VacTieHash {
   std::uint32_t key1_;
 };
 
-// Positions (ascending) of the random pattern that the swap phase starts from: floor(density * pixels) distinct pixels.
+// floor(density * pixels)
+std::int64_t vac_num_start_points(const VacSpec& spec);
+// Positions (ascending) of the random pattern that the swap phase starts from: so many distinct pixels.
 std::vector<std::uint64_t> vac_start_pattern(const VacSpec& spec);
 
 enum class VacPhase : std::int32_t { swap = 0, drain = 1, fill = 2, done = 3 };
