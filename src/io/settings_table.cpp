@@ -267,7 +267,7 @@ std::span<const Setting> all() {
       {.key = "optimizer.background_rank",
        .type = Type::integer,
        .sentence = "Product filters over slices: features that stand for the other slices (four times as many in the "
-                   "last quarter), so that a deep filter costs no more "
+                   "last quarter, 64 in the last twentieth), so that a deep filter costs no more "
                    "than a shallow one. 0: every tap, exactly, as with precision \"double\".",
        .field = [](const Target& t) -> Field { return &t.config->optimizer.background_rank; },
        .range = at_least(0, 64),

@@ -78,7 +78,7 @@ struct Engine::Impl {
         classes(classes_for(o.method, footprint)),
         tiles(tiles_for(o.method, footprint, classes)),
         members_meet(o.method == Method::fast || (footprint.couples_slices() && classes.front().size() > 1)),
-        partners(partners_for(s.distance(), s.channels(), tiles.window())),
+        partners(partners_for(s.distance(), s.channels(), tiles.window(), 0)),
         permutations(static_cast<std::size_t>(partition.count(c.rank()))) {
     make_movers();
   }
@@ -97,11 +97,12 @@ struct Engine::Impl {
     }
   }
 
-  // For the present sweep.
-  void choose_background() {
-    if (!features) return;
-    const int rank = background_rank(optimizer, moment_of(stop, state.sweep, state.elapsed_s).fraction);
-    if (rank == rank_now) return;
+  // Step sizes and background for the present sweep.
+  void choose_for_sweep() {
+    const double fraction = moment_of(stop, state.sweep, state.elapsed_s).fraction;
+    partners = partners_for(source.distance(), source.channels(), tiles.window(), fraction);
+    const int rank = background_rank(optimizer, fraction);
+    if (!features || rank == rank_now) return;
     rank_now = rank;
     anneal_movers.clear();  // before the features that they look at
     features = features_between_slices(optimizer, footprint, kernel, source, rank);
@@ -198,7 +199,7 @@ struct Engine::Impl {
   void begin_sweep(double seconds) {
     if (optimizer.stop.time_s > 0) state.elapsed_s = communicator.broadcast(seconds);
     const Moment moment = moment_of(stop, state.sweep, state.elapsed_s);
-    choose_background();
+    choose_for_sweep();
     const TemperatureRange range = temperature_range(optimizer);
     state.temperature = state.mean_magnitude * temperature_at(range.start, range.end, moment.fraction);
     own_accepted = own_candidates = 0;
@@ -395,7 +396,7 @@ void Engine::restore(const EngineState& state,
   // Counts of the present sweep live on one rank, so that their sum stays what it was.
   if (!impl_->communicator.is_root()) impl_->state.accepted = impl_->state.candidates = 0;
   impl_->fill(permutation);
-  impl_->choose_background();
+  impl_->choose_for_sweep();
   const HistoryRow& last = impl_->state.history.back();
   impl_->figures = {last.temperature, last.acceptance, last.relative_error};
 }

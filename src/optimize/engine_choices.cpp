@@ -3,33 +3,46 @@
 #include <algorithm>
 #include <numeric>
 
+#include "noiseloom/core/math.h"
+
 #include "noiseloom/optimize/colour_classes.h"
 
 namespace noiseloom {
 namespace {
 
-// Measured at 128x128 with boxes, gausses and binomials, for the lowest R after 400 to 4,000 iterations; a factor of
-// two either way costs a few thousandths of R.
-double lowest_divisor(DistanceKind kind, int channels) {
+// Measured for the lowest R after 640 to 4,000 iterations, on 128x128 with boxes and gausses and on 32x32x32 with an
+// EMA. Against a range that stays as it is, R of scalars and circles falls by 2 to 9 %, of vectors and directions by 1
+// to 3 %; a factor of two either way costs a few thousandths.
+struct StepSchedule {
+  StepRange start;
+  StepRange end;
+};
+StepSchedule step_schedule(DistanceKind kind, int channels) {
   switch (kind) {
     case DistanceKind::absolute:
-      return 64;
+      return {{16, 2}, {256, 32}};
     case DistanceKind::circle:
-      return 256;
+      return {{64, 2}, {1024, 32}};
     default:
-      return channels <= 2 ? 1024 : 4096;
+      return channels <= 2 ? StepSchedule{{64, 2}, {1024, 4}} : StepSchedule{{256, 2}, {4096, 4}};
   }
 }
 
 }  // namespace
 
 TemperatureRange temperature_range(const OptimizerSpec& optimizer) {
-  return {optimizer.temperature_start > 0 ? optimizer.temperature_start : 0.25,
-          optimizer.temperature_end > 0 ? optimizer.temperature_end : 2e-3};
+  return {optimizer.temperature_start > 0 ? optimizer.temperature_start : 0.11,
+          optimizer.temperature_end > 0 ? optimizer.temperature_end : 8e-4};
 }
 
-PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile) {
-  return {tile.width * tile.height, lowest_divisor(kind, channels), kind == DistanceKind::circle};
+StepRange step_range(DistanceKind kind, int channels, double fraction) {
+  const auto [start, end] = step_schedule(kind, channels);
+  const auto between = [fraction](double from, double to) { return from * math::exp(fraction * math::log(to / from)); };
+  return {between(start.near, end.near), std::max(2.0, between(start.far, end.far))};
+}
+
+PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile, double fraction) {
+  return {tile.width * tile.height, step_range(kind, channels, fraction), kind == DistanceKind::circle};
 }
 
 std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint& footprint) {
@@ -69,8 +82,8 @@ std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer
 
 int background_rank(const OptimizerSpec& optimizer, double fraction) {
   constexpr int most = 64;
-  return fraction < 0.75 ? optimizer.background_rank
-                         : std::max(optimizer.background_rank, std::min(most, 4 * optimizer.background_rank));
+  const int times = fraction < 0.75 ? 1 : fraction < 0.95 ? 4 : most;
+  return std::max(optimizer.background_rank, std::min(most, times * optimizer.background_rank));
 }
 
 std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, const Footprint& judged, bool with_background,

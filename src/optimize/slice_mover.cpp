@@ -11,12 +11,15 @@
 
 namespace noiseloom {
 
-PartnerDraw::PartnerDraw(std::int64_t num_samples, double lowest_divisor, bool circular)
+PartnerDraw::PartnerDraw(std::int64_t num_samples, StepRange range, bool circular)
     : num_samples_(num_samples),
       circular_(circular),
-      lowest_step_(static_cast<float>(std::max(1.0, static_cast<double>(num_samples) / lowest_divisor))),
+      lowest_step_(static_cast<float>(std::max(1.0, static_cast<double>(num_samples) / range.near))),
       log2_ratio_(static_cast<float>(
-          math::log(std::max(1.0, static_cast<double>(num_samples / 2) / double{lowest_step_})) / math::log(2))) {}
+          math::log(std::max(1.0, static_cast<double>(num_samples) / range.far / double{lowest_step_})) /
+          math::log(2))) {
+  NOISELOOM_CHECK(range.far >= 2);  // partner() mirrors once
+}
 
 struct AnnealMover::Batch {
   std::array<CellPair, proposal_batch> pairs;

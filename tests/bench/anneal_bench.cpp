@@ -1,6 +1,8 @@
 // Candidates per second of the swap delta by sample space and footprint: the vectorised path, and the plain one in
 // double that it is a ratio to (with an EMA the plain one takes all taps and the other features for other slices). One
-// slice of 128x128, bound once; pairs drawn uniformly.
+// slice of 128x128, bound once; pairs drawn uniformly. For single slices also how near that comes to two limits of the
+// machine, measured in the same run (machine_limits.h): the arithmetic alone, and all cache lines coming from the
+// second cache.
 //   anneal_bench [--benchmark_filter=...]     items_per_second is candidates/s; ends in a table of ratios
 #include <benchmark/benchmark.h>
 
@@ -8,10 +10,12 @@
 #include <numeric>
 #include <string>
 
+#include "bench/machine_limits.h"
 #include "bench/ratio_table.h"
 #include "noiseloom/core/random.h"
 #include "noiseloom/optimize/slice_mover.h"
 #include "noiseloom/problem/sample_space.h"
+#include "optimize/tap_plan.h"
 
 namespace noiseloom {
 namespace {
@@ -42,6 +46,18 @@ const std::map<std::string, KernelSpec>& kernels() {
     return kernels;
   }();
   return table;
+}
+
+// Candidates a second if there were nothing but the arithmetic, or nothing but lines from the second cache. A block of
+// 16 samples at any alignment touches 31/16 lines on average; each half of a split one 23/16.
+void set_limits(benchmark::State& state, const Footprint& footprint, const FieldLayout& layout,
+                const ValueKernel& kernel) {
+  const PlanePlan plan = plan_plane(footprint.slices()[0].taps, layout.stride, layout.height + 2 * layout.reach_y);
+  const auto full = static_cast<double>(plan.rows.full.size() + plan.columns.full.size());
+  const auto split = static_cast<double>(plan.rows.split.size() + plan.columns.split.size());
+  const double lines = 2 * kernel.channels * (full * 31 / 16 + split * 2 * 23 / 16);
+  state.counters["arithmetic_limit"] = 1 / ((full + split) * seconds_per_block(kernel));
+  state.counters["cache_limit"] = 1 / (lines * seconds_per_line());
 }
 
 // One slice, or 16 with an EMA over them.
@@ -82,6 +98,9 @@ void judge(benchmark::State& state, const Space& space, const KernelSpec& kernel
     next = (next + 1) % pairs.size();
   }
   state.SetItemsProcessed(state.iterations());
+  if (num_slices == 1 && precision == Precision::single) {
+    set_limits(state, footprint, fields[0].layout(), value_kernel);
+  }
 }
 
 void register_all() {

@@ -65,7 +65,7 @@ class CoupledTexture {
   }
 
   void move(const std::vector<SliceIndex>& members, std::uint32_t sweep) {
-    const PartnerDraw partners(extents_.cells_per_slice(), 64, false);
+    const PartnerDraw partners(extents_.cells_per_slice(), {64}, false);
     AnnealMover mover(make_swap_delta(footprint_, {}, Precision::single));
     std::vector<VisitResult> results;
     for (const SliceIndex slice : members) {

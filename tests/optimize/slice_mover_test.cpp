@@ -41,7 +41,7 @@ void apply(const VisitResult& result, SliceField& field) {
 TEST_F(Movers, AnnealAtTemperatureZeroNeverRaisesTheEnergyAndLowersIt) {
   Texture texture(footprint_, kernel_, 3);
   AnnealMover mover = anneal_mover();
-  const PartnerDraw partners(cells_, 8, false);
+  const PartnerDraw partners(cells_, {8}, false);
   const double start = texture.energy();
   double last = start;
   for (std::uint32_t sweep = 0; sweep < 5; ++sweep) {
@@ -58,7 +58,7 @@ TEST_F(Movers, SwapsKeepTheSamplesOfTheSlice) {
   AnnealMover mover = anneal_mover();
   std::vector<float> before = texture.field(2).planar();
   const VisitResult result =
-      mover.visit({2, 0, 9}, 1, PartnerDraw(cells_, 64, false), texture.field(2), ids(), texture.field_of());
+      mover.visit({2, 0, 9}, 1, PartnerDraw(cells_, {64}, false), texture.field(2), ids(), texture.field_of());
   EXPECT_GT(result.swaps.size(), 0U);
   EXPECT_LE(std::ssize(result.swaps), result.candidates);
   apply(result, texture.field(2));
@@ -73,14 +73,14 @@ TEST_F(Movers, AnEnormousTemperatureAcceptsNearlyEverything) {
   Texture texture(footprint_, kernel_, 4);
   AnnealMover mover = anneal_mover();
   const VisitResult result =
-      mover.visit({0, 0, 9}, 1e12, PartnerDraw(cells_, 64, false), texture.field(0), ids(), texture.field_of());
+      mover.visit({0, 0, 9}, 1e12, PartnerDraw(cells_, {64}, false), texture.field(0), ids(), texture.field_of());
   EXPECT_EQ(std::ssize(result.swaps), result.candidates);
 }
 
 TEST_F(Movers, AnnealIsAFunctionOfSeedSliceAndSweep) {
   const Texture texture(footprint_, kernel_, 4);
   AnnealMover mover = anneal_mover();
-  const PartnerDraw partners(cells_, 64, false);
+  const PartnerDraw partners(cells_, {64}, false);
   const auto swaps = [&](const Visit& visit) {
     return mover.visit(visit, 0.1, partners, texture.field(visit.slice), ids(), texture.field_of()).swaps;
   };
@@ -96,9 +96,9 @@ TEST_F(Movers, EqualSamplesNeverMakeAChange) {
   const std::vector<float> same(static_cast<std::size_t>(cells_), 0.5F);
   for (SliceIndex slice = 0; slice < 3; ++slice) texture.field(slice).fill(ids(), same);
   AnnealMover mover = anneal_mover();
-  EXPECT_EQ(
-      mover.mean_magnitude({0, 0, 9}, 100, PartnerDraw(cells_, 64, false), texture.field(0), ids(), texture.field_of()),
-      0);
+  EXPECT_EQ(mover.mean_magnitude({0, 0, 9}, 100, PartnerDraw(cells_, {64}, false), texture.field(0), ids(),
+                                 texture.field_of()),
+            0);
 }
 
 TEST_F(Movers, PairingSwapsDisjointPairsThatEachLowerTheEnergy) {
@@ -120,8 +120,8 @@ TEST_F(Movers, PairingSwapsDisjointPairsThatEachLowerTheEnergy) {
 
 TEST(PartnerDraw, KeepsItsDistanceOnARingAndReflectsOnALine) {
   constexpr std::int32_t n = 1009;
-  const PartnerDraw ring(n, 64, true);
-  const PartnerDraw line(n, 64, false);
+  const PartnerDraw ring(n, {64}, true);
+  const PartnerDraw line(n, {64}, false);
   for (std::uint32_t id = 0; id < n; ++id) {
     for (std::int32_t step = -n / 2; step <= n / 2; ++step) {
       const std::int64_t around = std::abs(std::int64_t{ring.partner(id, step)} - std::int64_t{id});
@@ -139,7 +139,7 @@ TEST(PartnerDraw, KeepsItsDistanceOnARingAndReflectsOnALine) {
 TEST(PartnerDraw, StaysInRange) {
   for (const std::int64_t n : {1, 2, 3, 5}) {
     for (const bool circular : {false, true}) {
-      const PartnerDraw partners(n, 64, circular);
+      const PartnerDraw partners(n, {64}, circular);
       for (std::uint32_t id = 0; id < n; ++id) {
         for (const auto step : {partners.lowest_step(), partners.lowest_step() * std::exp2(partners.log2_ratio())}) {
           EXPECT_LT(partners.partner(id, static_cast<std::int32_t>(step)), n);

@@ -150,7 +150,7 @@ TEST(Tiles, SwapsOfAllTilesTogetherChangeTheEnergyByTheirSum) {
   std::vector<std::uint32_t> ids(83 * 71);
   std::iota(ids.begin(), ids.end(), 0U);
   AnnealMover mover(make_swap_delta(footprint, kernel, Precision::dual, nullptr, grid.window()));
-  const PartnerDraw partners(grid.window().width * grid.window().height, 8, false);
+  const PartnerDraw partners(grid.window().width * grid.window().height, {8}, false);
   const double start = texture.energy();
   double change = 0;
   std::int64_t candidates = 0;

@@ -19,8 +19,10 @@ struct TemperatureRange {
 };
 TemperatureRange temperature_range(const OptimizerSpec& optimizer);
 
+// Step size and temperature belong together: where a round is `fraction` through. Partners draw nearer as it cools.
+StepRange step_range(DistanceKind kind, int channels, double fraction);
 // Partners for as many samples as a tile has.
-PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile);
+PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile, double fraction);
 
 // The slices that move together: colour classes (anneal), or all of them (fast).
 std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint& footprint);
@@ -30,10 +32,9 @@ TileGrid tiles_for(Method method, const Footprint& footprint, const std::vector<
 // precision, rank 0, or so few taps between slices that features would cost more).
 std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
                                                   const ValueKernel& kernel, const SampleSource& source, int rank);
-// The rank of the background where a round is `fraction` through: the one of the config, and four times as many
-// features in the last quarter, which is cold enough for what the first ones miss to count. On 64x64x32 scalars
-// (gauss 1.3435 x ema, 800 iterations) R was 0.0671, 0.0668, 0.0664 and 0.0663 at ranks 8, 16, 32 and 64, for
-// 1, 1.05, 1.28 and 1.36 of the time.
+// The rank of the background where a round is `fraction` through: the one of the config, four times as many features
+// in the last quarter, which is cold enough for what the first ones miss to count, and all that there can be in the
+// last twentieth.
 int background_rank(const OptimizerSpec& optimizer, double fraction);
 // Iterations that one visit of a slice makes.
 std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_background);

@@ -29,15 +29,21 @@ struct VisitResult {
   double energy = 0;  // anneal: sum of dE of the swaps
 };
 
+// How far partners lie: between n / near and n / far ids, for n samples; near >= far >= 2.
+struct StepRange {
+  double near;
+  double far = 2;
+};
+
 // Partners that are near in sample space: ids (positions in a locality-preserving order of the slice's samples) whose
-// distance is drawn log-uniformly between n / lowest_divisor and n / 2. Ids end at a mirror, or close to a ring.
+// distance is drawn log-uniformly from a StepRange, and is at least 1. Ids end at a mirror, or close to a ring.
 class PartnerDraw {
  public:
-  PartnerDraw(std::int64_t num_samples, double lowest_divisor, bool circular);
+  PartnerDraw(std::int64_t num_samples, StepRange range, bool circular);
 
   std::int64_t num_samples() const { return num_samples_; }
   float lowest_step() const { return lowest_step_; }
-  float log2_ratio() const { return log2_ratio_; }  // of the largest to the lowest
+  float log2_ratio() const { return log2_ratio_; }  // of the largest step to the lowest
   // The id that is `step` away from `id`, |step| <= num_samples / 2 + 1.
   std::uint32_t partner(std::uint32_t id, std::int32_t step) const {
     const std::int64_t other = std::int64_t{id} + step;
