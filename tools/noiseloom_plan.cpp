@@ -69,10 +69,7 @@ class Plan {
         judged_(extents_, config.problem.filter, config.optimizer.cutoff),
         partition_(extents_.num_slices(), ranks),
         threads_(threads),
-        background_(features_between_slices(config.optimizer, judged_,
-                                            make_value_kernel(config.problem, source_.channels(), source_.distance()),
-                                            source_, config.optimizer.background_rank)
-                        .has_value()),
+        background_(features(config.optimizer.background_rank).has_value()),
         tile_(tiles_for(config.optimizer.method, judged_, classes_for(config.optimizer.method, judged_)).window()) {
     for (const SliceTaps& slice : footprint_.slices()) offsets_.push_back(slice.offset);
   }
@@ -80,8 +77,13 @@ class Plan {
   void print() const;
 
  private:
+  std::optional<FeatureMap> features(int rank) const {
+    const ValueKernel kernel = make_value_kernel(config_.problem, source_.channels(), source_.distance());
+    return features_between_slices(config_.optimizer, judged_, kernel, source_, rank);
+  }
   RankPlan rank_plan(const HaloPlan& halo, int rank) const;
   void print_effects() const;
+  void print_background() const;
   void print_exchange(std::int64_t messages) const;
 
   const RunConfig& config_;
@@ -133,6 +135,17 @@ void Plan::print_effects() const {
   }
 }
 
+// At the start, in the last quarter and in the last twentieth.
+void Plan::print_background() const {
+  if (!background_) return;
+  std::string text;
+  for (const double fraction : {0.0, 0.8, 1.0}) {
+    const FeatureMap map = *features(background_rank(config_.optimizer, fraction));
+    text += fmt::format("{}{} ({:.2g} %)", text.empty() ? "" : ", ", map.num_features(), 100 * map.missed());
+  }
+  fmt::print("background other slices act through {} features (and the share of the variance that they miss)\n", text);
+}
+
 void Plan::print_exchange(std::int64_t messages) const {
   if (!footprint_.couples_slices()) {
     fmt::print("exchange   none: slices are not coupled\n");
@@ -149,6 +162,7 @@ void Plan::print_exchange(std::int64_t messages) const {
 
 void Plan::print() const {
   print_effects();
+  print_background();
   std::int64_t messages = 0;
   double most = 0;
   const int ranks = partition_.num_ranks();

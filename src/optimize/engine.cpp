@@ -333,7 +333,7 @@ struct Engine::Impl {
       now = communicator.broadcast(seconds);
       const double score_s = communicator.broadcast(last_score_s);
       last = now + score_s >= optimizer.stop.time_s;
-      score = last || now - state.history.back().seconds >= std::max(optimizer.stop.time_s / 50, 10 * score_s);
+      score = last || now - state.history.back().seconds >= std::max(optimizer.stop.time_s / 50, 30 * score_s);
     }
     if (!score) return;
     const double error = timed_score();

@@ -95,7 +95,7 @@ std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, const 
   const double taps = with_background ? own_taps : static_cast<double>(judged.num_taps());
   const double score = scored_tap * static_cast<double>(scored.num_taps()) / 2;
   const double iteration = (30 + 2 * judged_tap * taps) / 2;
-  return std::clamp<std::int64_t>(static_cast<std::int64_t>(static_cast<double>(iterations) * iteration / score / 10),
+  return std::clamp<std::int64_t>(static_cast<std::int64_t>(static_cast<double>(iterations) * iteration / score / 30),
                                   1, 50);
 }
 

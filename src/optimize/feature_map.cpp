@@ -171,12 +171,15 @@ void FeatureMap::fit(const ValueKernel& kernel, std::span<const float> list) {
   }
   std::vector<double> pulled(n);  // sum over b of K(a, b) f(b)
   const double per_sample = 1 / static_cast<double>(count);
+  double variance = 0;  // E[K(a, a)] - E[K(a, b)]
   for (std::size_t a = 0; a < count; ++a) {
     std::fill(pulled.begin(), pulled.end(), 0.0);
     for (std::size_t b = 0; b < count; ++b) {
       const double k = kernel(samples[a], samples[b]);
       for (std::size_t j = 0; j < n; ++j) pulled[j] += k * centred[b][j];
+      variance -= k * per_sample * per_sample;
     }
+    variance += kernel(samples[a], samples[a]) * per_sample;
     for (std::size_t i = 0; i < n; ++i) {
       for (std::size_t j = 0; j < n; ++j) {
         covariance[i * n + j] += centred[a][i] * centred[a][j] * per_sample;
@@ -190,13 +193,16 @@ void FeatureMap::fit(const ValueKernel& kernel, std::span<const float> list) {
   if (!(trace > 1e-12)) return;  // all samples equal: nothing to couple
   // Features may depend on each other (x^3 + x y^2 + x z^2 = x on the sphere).
   for (std::size_t i = 0; i < n; ++i) covariance[i * n + i] += 1e-9 * trace;
-  const Matrix factor = cholesky(std::move(covariance), n);
+  const Matrix factor = cholesky(covariance, n);
   solve(factor, coupling, n);
   transpose(coupling, n);
   solve(factor, coupling, n);
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) mixing_[i * n + j] = 0.5 * (coupling[i * n + j] + coupling[j * n + i]);
   }
+  double held = 0;
+  for (std::size_t k = 0; k < n * n; ++k) held += mixing_[k] * covariance[k];
+  missed_ = variance > 0 ? std::clamp(1 - held / variance, 0.0, 1.0) : 0;
 }
 
 }  // namespace noiseloom

@@ -103,7 +103,26 @@ void judge(benchmark::State& state, const Space& space, const KernelSpec& kernel
   }
 }
 
+// What the swaps of others cost a rank or a thread: two samples change places somewhere in a slice of 1024x1024.
+void carry_out(benchmark::State& state) {
+  ProblemSpec problem;
+  problem.extents = Extents({1024, 1024});
+  problem.filter.groups.push_back({{0, 1}, kernels().at("gauss1.0"), 0});
+  SliceField field(FieldLayout(Footprint(problem.extents, problem.filter), 2));
+  std::uint64_t next = 0;
+  std::vector<Swap> swaps;
+  for (std::uint64_t k = 0; k < 1 << 16; ++k) {
+    const RandomBlock bits = random_block(1, Purpose::proposal, 0, 0, k);
+    swaps.push_back({to_below(bits[0], 1 << 20), to_below(bits[1], 1 << 20)});
+  }
+  for (auto _ : state) {
+    const Swap swap = swaps[next++ % swaps.size()];
+    field.swap(swap.a, swap.b);
+  }
+}
+
 void register_all() {
+  benchmark::RegisterBenchmark("carry_out/vector2", carry_out);
   for (const auto& [space_name, space] : spaces()) {
     for (const auto& [kernel_name, kernel] : kernels()) {
       for (const auto& [precision_name, precision] :

@@ -24,7 +24,6 @@ constexpr std::size_t blocks = 16;  // of weights, and of each channel at either
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::HWY_NAMESPACE {
 
-
 template <DistanceKind kind, int C>
 double sum_blocks(const ValueKernel& kernel, const BlockWeights* samples, std::size_t rounds) {
   const Unlikeness<kind, ValueKernelKind::distance, C> unlike(kernel);
@@ -114,7 +113,8 @@ double seconds_per_block(const ValueKernel& kernel) {
   std::vector<BlockWeights> samples(blocks * (2 * static_cast<std::size_t>(kernel.channels) + 1));
   for (std::size_t k = 0; k < samples.size(); ++k) {
     for (std::size_t lane = 0; lane < block_lanes; ++lane) {
-      samples[k].lane[lane] = static_cast<float>(to_unit_double(random_block(1, Purpose::proposal, 0, 0, 16 * k + lane)[0], 0));
+      samples[k].lane[lane] =
+          static_cast<float>(to_unit_double(random_block(1, Purpose::proposal, 0, 0, 16 * k + lane)[0], 0));
     }
   }
   constexpr std::size_t rounds = 2000;

@@ -135,6 +135,20 @@ TEST(Background, NearsTheExactChangeAsTheRankGrows) {
   }
 }
 
+// -|a - b| of uniform scalars: what is left of the sum of 6 / (pi n)^2.
+TEST(FeatureMap, SaysWhatItMisses) {
+  std::vector<float> list;
+  for (int k = 0; k < 1024; ++k) list.push_back((static_cast<float>(k) + 0.5F) / 1024);
+  ValueKernel kernel;
+  kernel.distance = DistanceKind::absolute;
+  for (const int rank : {1, 8, 64}) {
+    double tail = 1;
+    for (int n = 1; n <= rank; ++n) tail -= 6 / (M_PI * M_PI * n * n);
+    EXPECT_NEAR(FeatureMap(kernel, rank, list).missed(), tail, 1e-3) << rank;
+  }
+  EXPECT_EQ(FeatureMap(kernel, 8, std::vector<float>(100, 0.5F)).missed(), 0);  // nothing to miss
+}
+
 TEST(Background, ServesTheStbnKernel) {
   EXPECT_LT(relative_error(test::all_spaces()[0], ValueKernelKind::stbn, 32), 0.35);
 }

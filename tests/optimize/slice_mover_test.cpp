@@ -10,6 +10,7 @@
 #include <set>
 
 #include "noiseloom/core/random.h"
+#include "noiseloom/optimize/engine_choices.h"
 #include "optimize/proposals.h"
 #include "optimize/texture_fixture.h"
 
@@ -133,6 +134,43 @@ TEST(PartnerDraw, KeepsItsDistanceOnARingAndReflectsOnALine) {
       }
     }
   }
+}
+
+TEST(PartnerDraw, DrawsBetweenNearAndFar) {
+  const PartnerDraw partners(4096, {64, 8}, false);
+  EXPECT_EQ(partners.lowest_step(), 64);
+  EXPECT_NEAR(partners.log2_ratio(), 3, 1e-6);  // 512 = 8 * 64
+  EXPECT_EQ(PartnerDraw(4096, {1e6, 2}, false).lowest_step(), 1);
+}
+
+// Steps shrink as it cools: none of a range ever grows, and the far end stays where partner() can mirror it.
+TEST(EngineChoices, StepsShrinkWithTheTemperature) {
+  for (const DistanceKind kind :
+       {DistanceKind::absolute, DistanceKind::circle, DistanceKind::euclidean, DistanceKind::angle}) {
+    for (const int channels : {1, 2, 3, 4}) {
+      StepRange before = step_range(kind, channels, 0);
+      EXPECT_EQ(before.far, 2);
+      for (int k = 1; k <= 10; ++k) {
+        const StepRange range = step_range(kind, channels, k / 10.0);
+        EXPECT_GT(range.near, before.near);
+        EXPECT_GT(range.far, before.far);
+        EXPECT_LT(range.far, range.near);
+        before = range;
+      }
+    }
+  }
+}
+
+TEST(EngineChoices, BackgroundGrowsTowardsTheEnd) {
+  OptimizerSpec optimizer;
+  optimizer.background_rank = 8;
+  EXPECT_EQ(background_rank(optimizer, 0), 8);
+  EXPECT_EQ(background_rank(optimizer, 0.8), 32);
+  EXPECT_EQ(background_rank(optimizer, 1), 64);
+  optimizer.background_rank = 48;
+  EXPECT_EQ(background_rank(optimizer, 0.8), 64);
+  optimizer.background_rank = 0;
+  EXPECT_EQ(background_rank(optimizer, 1), 0);
 }
 
 // Also for slices of one, two and three samples.

@@ -41,7 +41,7 @@ std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footp
 // The schedule in sweeps of `per_sweep` iterations each (the last may be shorter).
 StopSpec in_sweeps(StopSpec stop, std::int64_t per_sweep);
 
-// How often R is evaluated in a round of that many iterations: 50 times, or as often as costs a tenth of it, at
+// How often R is evaluated in a round of that many iterations: 50 times, or as often as costs a thirtieth of it, at
 // least once. From counts of taps, so that the history is the same everywhere. `judged` is the footprint that
 // candidates are judged with, `scored` that of R.
 std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, const Footprint& judged, bool with_background,

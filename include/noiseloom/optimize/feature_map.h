@@ -38,6 +38,9 @@ class FeatureMap {
   float inverse_width(int c) const { return inverse_width_[static_cast<std::size_t>(c)]; }
   // A, symmetric: [m * num_features + n].
   const std::vector<double>& mixing() const { return mixing_; }
+  // What the features leave out of the variance, 0 to 1: 1 - E[f^T A f] / E[K'(a, a)], where K' is K less its terms of
+  // one sample (uniform scalars, N features: 6 / (pi^2 N)). Over the samples that A was fitted to.
+  double missed() const { return missed_; }
 
   // f(sample), in double.
   std::vector<double> features(const float* sample) const;
@@ -54,6 +57,7 @@ class FeatureMap {
   std::vector<float> low_;
   std::vector<float> inverse_width_;
   std::vector<double> mixing_;
+  double missed_ = 0;
 };
 
 }  // namespace noiseloom
