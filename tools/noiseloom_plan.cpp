@@ -48,7 +48,7 @@ double seconds_per_candidate(const RunConfig& config, const SampleSource& source
     }
   }
   if (candidates == 0 || sum != sum) return 0;
-  const auto visit = visit_length(config.optimizer, footprint, features.has_value());
+  const auto visit = visit_length(config.optimizer, features.has_value());
   const double visit_candidates = static_cast<double>(visit) * static_cast<double>(cells) / 2;
   return (elapsed() - bound_s) / static_cast<double>(candidates) + bound_s / visit_candidates;
 }
@@ -152,7 +152,7 @@ void Plan::print_exchange(std::int64_t messages) const {
   } else if (partition_.num_ranks() == 1) {
     fmt::print("exchange   none: one rank\n");
   } else {
-    const auto iterations = static_cast<double>(visit_length(config_.optimizer, judged_, background_));
+    const auto iterations = static_cast<double>(visit_length(config_.optimizer, background_));
     const auto cells = static_cast<double>(extents_.cells_per_slice());
     const double swaps = std::min(cells, iterations * typical_acceptance * cells / 2);
     fmt::print("exchange   {} slice updates a sweep, about {} (8 B a swap, {:.0f} % of the candidates)\n", messages,

@@ -69,7 +69,7 @@ struct Engine::Impl {
         kernel(make_value_kernel(p, s.channels(), s.distance())),
         features(features_between_slices(o, footprint, kernel, s, o.background_rank)),
         rank_now(o.background_rank),
-        iterations_per_sweep(visit_length(o, footprint, features.has_value())),
+        iterations_per_sweep(visit_length(o, features.has_value())),
         stop(in_sweeps(o.stop, iterations_per_sweep)),
         layout(footprint, s.channels()),
         partition(p.extents.num_slices(), c.size()),
@@ -246,7 +246,10 @@ struct Engine::Impl {
         VisitResult& result = results[static_cast<std::size_t>(k * num_tiles + tile)];
         const SliceIndex slice = own[static_cast<std::size_t>(k)].slice;
         result = visit(slice, static_cast<int>(tile), worker);
-        if (!members_meet) carry_out(slice, result);  // while it is in the cache: nobody else looks there
+        if (members_meet) return;
+        carry_out(slice, result);  // while it is in the cache: nobody else looks there
+        if (!halo.listeners(slice).empty()) return;
+        anneal_movers[static_cast<std::size_t>(worker)].recycle(std::exchange(result.swaps, {}));
       });
     };
     visit_all(order.begin(), first_waiting);
@@ -265,7 +268,6 @@ struct Engine::Impl {
       field.swap(swap.a, swap.b);
       std::swap(ids[swap.a], ids[swap.b]);
     }
-    if (halo.listeners(slice).empty()) result.swaps = {};
   }
 
   // A hot visit makes several swaps a cell; what travels is what they come to.
@@ -290,11 +292,8 @@ struct Engine::Impl {
     for (std::size_t unit = 0; unit < results.size(); ++unit) {
       VisitResult& result = results[unit];
       std::vector<Swap>& swaps = moved[unit / num_tiles].swaps;
-      if (swaps.empty()) {
-        swaps = std::move(result.swaps);
-      } else {
-        swaps.insert(swaps.end(), result.swaps.begin(), result.swaps.end());
-      }
+      if (swaps.empty()) swaps.swap(result.swaps);
+      swaps.insert(swaps.end(), result.swaps.begin(), result.swaps.end());
       own_accepted += result.num_swaps;
       own_candidates += result.candidates;
       own_energy += std::llround(result.energy / energy_unit());

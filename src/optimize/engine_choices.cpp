@@ -58,9 +58,9 @@ TileGrid tiles_for(Method method, const Footprint& footprint, const std::vector<
 
 // To take a slice up costs about as much as half an iteration, and with a background as much as two; but the
 // temperature should not fall in too few steps.
-std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_background) {
+std::int64_t visit_length(const OptimizerSpec& optimizer, bool with_background) {
   if (optimizer.method != Method::anneal) return 1;
-  const std::int64_t longest = with_background ? 16 : footprint.couples_slices() ? 8 : 4;
+  const std::int64_t longest = with_background ? 16 : 8;
   if (optimizer.stop.iterations == 0) return longest / 2;  // the clock is read between sweeps
   return std::clamp<std::int64_t>(optimizer.stop.iterations / 24, 1, longest);
 }

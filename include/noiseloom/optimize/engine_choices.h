@@ -37,7 +37,7 @@ std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer
 // last twentieth.
 int background_rank(const OptimizerSpec& optimizer, double fraction);
 // Iterations that one visit of a slice makes.
-std::int64_t visit_length(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_background);
+std::int64_t visit_length(const OptimizerSpec& optimizer, bool with_background);
 // The schedule in sweeps of `per_sweep` iterations each (the last may be shorter).
 StopSpec in_sweeps(StopSpec stop, std::int64_t per_sweep);
 

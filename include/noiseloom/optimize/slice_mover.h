@@ -74,6 +74,8 @@ class AnnealMover {
   // `partners` is for as many samples as the window of the SwapDelta has; the swaps are of cells of the slice.
   VisitResult visit(const Visit& visit, double temperature, const PartnerDraw& partners, const SliceField& field,
                     std::span<const std::uint32_t> permutation, const FieldOf& others);
+  // Memory for the swaps of the next visit.
+  void recycle(std::vector<Swap> swaps) { spare_ = std::move(swaps); }
   // Mean |dE| of `count` candidates of the visit, none of them carried out.
   double mean_magnitude(const Visit& visit, std::int64_t count, const PartnerDraw& partners, const SliceField& field,
                         std::span<const std::uint32_t> permutation, const FieldOf& others);
@@ -88,7 +90,8 @@ class AnnealMover {
   std::unique_ptr<SwapDelta> delta_;
   std::vector<std::uint32_t> id_at_;    // position of the sample of a cell among those of the window
   std::vector<std::uint32_t> cell_of_;  // and the other way round
-  std::size_t num_swaps_ = 0;           // of the visit before: about as many as of the next
+  std::vector<Swap> spare_;
+  std::size_t num_swaps_ = 0;  // of the visit before: about as many as of the next
 };
 
 // The paper's step [FAST24, section 4.1]: every cell is paired with another by a random involution, all pairs are
