@@ -221,7 +221,7 @@ TEST(Engine, TheShownErrorIsMovedOnByTheEnergyOfTheSwaps) {
   problem.extents = Extents({70, 64});
   problem.filter.groups = {group({0, 1}, box(3))};
   OptimizerSpec optimizer;
-  optimizer.stop.iterations = 600;
+  optimizer.stop.iterations = 1200;
   const SampleSource source = source_of(problem);
   const Communicator alone = Communicator::self();
   ThreadPool pool(1);
