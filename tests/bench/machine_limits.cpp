@@ -7,13 +7,6 @@
 
 #include "noiseloom/core/random.h"
 
-#ifndef NOISELOOM_LIMIT_BLOCKS
-#define NOISELOOM_LIMIT_BLOCKS
-namespace noiseloom {
-constexpr std::size_t blocks = 16;  // of weights, and of each channel at either end
-}
-#endif
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "bench/machine_limits.cpp"
 #include <hwy/foreach_target.h>
@@ -37,13 +30,13 @@ double sum_blocks(const ValueKernel& kernel, const BlockWeights* samples, std::s
   // Two sums, so that none waits for itself.
   V sums[2] = {hn::Zero(Floats()), hn::Zero(Floats())};
   for (std::size_t round = 0; round < rounds; ++round) {
-    for (std::size_t k = 0; k < blocks; ++k) {
+    for (std::size_t k = 0; k < limit_blocks; ++k) {
       for (std::size_t p = 0; p < num_parts; ++p) {
         V i[C];
         V j[C];
         for (std::size_t c = 0; c < C; ++c) {  // none twice, or its part of the term would be found once
-          i[c] = load_full(samples[k + (2 * c + 1) * blocks].lane, p);
-          j[c] = load_full(samples[k + (2 * c + 2) * blocks].lane, p);
+          i[c] = load_full(samples[k + (2 * c + 1) * limit_blocks].lane, p);
+          j[c] = load_full(samples[k + (2 * c + 2) * limit_blocks].lane, p);
         }
         sums[k % 2] = hn::Add(sums[k % 2], hn::Mul(load_full(samples[k].lane, p), judge.term(i, j)));
       }
@@ -110,7 +103,7 @@ double best_seconds(const Run& run) {
 }  // namespace
 
 double seconds_per_block(const ValueKernel& kernel) {
-  std::vector<BlockWeights> samples(blocks * (2 * static_cast<std::size_t>(kernel.channels) + 1));
+  std::vector<BlockWeights> samples(limit_blocks * (2 * static_cast<std::size_t>(kernel.channels) + 1));
   for (std::size_t k = 0; k < samples.size(); ++k) {
     for (std::size_t lane = 0; lane < block_lanes; ++lane) {
       samples[k].lane[lane] =
@@ -119,7 +112,7 @@ double seconds_per_block(const ValueKernel& kernel) {
   }
   constexpr std::size_t rounds = 2000;
   return best_seconds([&] { return HWY_DYNAMIC_DISPATCH(run_blocks)(kernel, samples.data(), rounds); }) /
-         static_cast<double>(blocks * rounds);
+         static_cast<double>(limit_blocks * rounds);
 }
 
 double seconds_per_line() {
