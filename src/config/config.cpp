@@ -10,7 +10,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "config/config_read.h"
+#include "noiseloom/config/settings_reader.h"
 
 namespace noiseloom {
 namespace {

@@ -1,4 +1,4 @@
-#include "config/settings.h"
+#include "noiseloom/config/settings.h"
 
 #include <fmt/format.h>
 

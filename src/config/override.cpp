@@ -3,7 +3,7 @@
 #include <charconv>
 #include <optional>
 
-#include "config/config_tree.h"
+#include "noiseloom/config/tree.h"
 
 namespace noiseloom::settings {
 namespace {

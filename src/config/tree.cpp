@@ -1,4 +1,4 @@
-#include "config/config_tree.h"
+#include "noiseloom/config/tree.h"
 
 #include <fmt/format.h>
 

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "config/config_tree.h"
-#include "config/settings.h"
+#include "noiseloom/config/settings.h"
+#include "noiseloom/config/tree.h"
 
 namespace noiseloom::settings {
 

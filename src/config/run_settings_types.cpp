@@ -5,7 +5,7 @@
 #include <cctype>
 #include <cmath>
 
-#include "config/config_read.h"
+#include "noiseloom/config/settings_reader.h"
 
 namespace noiseloom::settings {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <sstream>
 
-#include "config/config_tree.h"
-#include "config/settings.h"
+#include "noiseloom/config/settings.h"
+#include "noiseloom/config/tree.h"
 
 namespace noiseloom {
 namespace {

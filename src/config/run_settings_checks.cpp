@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "config/config_read.h"
+#include "noiseloom/config/settings_reader.h"
 
 namespace noiseloom::settings {
 namespace {

@@ -1,4 +1,4 @@
-#include "config/config_read.h"
+#include "noiseloom/config/settings_reader.h"
 
 #include <fmt/format.h>
 
