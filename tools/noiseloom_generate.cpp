@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "noiseloom/core/text.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_job.h"

@@ -1,210 +1,283 @@
-// The settings that are more than one value: sizes, samples, groups and their axes, the stop rule.
+// The settings of a run that are more than one value: the sizes of the axes, the samples, the axes of a group.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
+#include <iterator>
+#include <limits>
+#include <optional>
 
-#include "noiseloom/config/settings_reader.h"
+#include "config/run_settings.h"
+#include "noiseloom/config/settings_writer.h"
 
 namespace noiseloom::settings {
 namespace {
 
-// Names that can be written as a bare key, an attribute and a dimension label. "channel" labels the last dimension of a
-// run file.
-bool is_axis_name(const std::string& name) {
-  const auto letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; };
-  const auto inner = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
-  return !name.empty() && letter(name.front()) && std::all_of(name.begin(), name.end(), inner) && name != "channel";
+// "channel" labels the last dimension of the arrays in a run file.
+constexpr std::string_view reserved_name = "channel";
+constexpr std::size_t longest_name = 64;
+
+// What is wrong with the name of an axis: it is written as a bare key, an attribute and a dimension label. Empty if
+// nothing is.
+std::string name_fault(const std::string& name) {
+  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  const auto inner = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; };
+  if (name.empty() || !letter(name.front()) || !std::all_of(name.begin(), name.end(), inner)) {
+    return "not the name of an axis; accepted: letters, digits and _, beginning with a letter";
+  }
+  if (name == reserved_name) {
+    return "this name is reserved: in a run file it labels the last dimension, the components of a sample; choose "
+           "another";
+  }
+  return name.size() > longest_name ? fmt::format("a name of more than {} characters", longest_name) : "";
 }
 
-std::string quoted_list(const std::vector<std::string>& words) {
+std::string quoted(const std::vector<std::string>& names) {
   std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + toml_string(name);
   return text;
 }
 
-}  // namespace
-
-void ConfigReader::read_size(const Setting& setting, const Value& value, const std::string& shown) {
-  const Table* table = value.table();
-  if (table == nullptr) return fault(value, shown, "must be " + setting.accepted());
-  axis_names_ = {"x", "y"};
-  std::vector<std::int64_t> sizes(2, 0);
-  std::size_t num_sound = 0;
-  for (const Entry& entry : *table) {
-    const std::string key = shown + '.' + entry.key;
-    const auto* size = std::get_if<std::int64_t>(&entry.value.data);
-    const auto spatial = std::find(axis_names_.begin(), axis_names_.begin() + 2, entry.key);
-    const std::size_t axis = spatial != axis_names_.begin() + 2
-                                 ? static_cast<std::size_t>(spatial - axis_names_.begin())
-                                 : axis_names_.size();
-    if (axis == axis_names_.size()) {
-      axis_names_.push_back(entry.key);
-      sizes.push_back(0);
-    }
-    if (!is_axis_name(entry.key)) {
-      fault(entry.place, key + ": not the name of an axis; accepted: letters, digits and _, beginning with a letter");
-    } else if (size == nullptr) {
-      fault(entry.value, key, "must be an integer, at least 1");
-    } else if (*size < 1 || *size > std::numeric_limits<std::int32_t>::max()) {
-      fault(entry.value, key, *size < 1 ? "must be at least 1" : "must be at most 2147483647");
-    } else {
-      sizes[axis] = *size;
-      ++num_sound;
-    }
-  }
-  for (const char* axis : {"x", "y"}) {
-    if (find(*table, axis) == nullptr) fault(value.place, fmt::format("{}.{}: missing", shown, axis));
-  }
-  if (num_sound == sizes.size()) set_extents(value, shown, sizes);
-}
+// texture.size
 
 // Ids of samples have 32 bits, slices 31; no machine holds 2^48 pixels.
-void ConfigReader::set_extents(const Value& value, const std::string& shown, const std::vector<std::int64_t>& sizes) {
+std::string count_fault(const std::vector<std::int64_t>& sizes) {
   double slices = 1;
   for (std::size_t axis = 2; axis < sizes.size(); ++axis) slices *= static_cast<double>(sizes[axis]);
   const double cells = static_cast<double>(sizes[0]) * static_cast<double>(sizes[1]);
   if (sizes.size() > static_cast<std::size_t>(Extents::max_axes)) {
-    fault(value, shown, fmt::format("{} axes; at most {}, x and y included", sizes.size(), Extents::max_axes));
-  } else if (cells > 0x1p32 - 1) {
-    fault(value, shown, fmt::format("{} pixels in a slice; at most 4294967295", cells));
-  } else if (slices > std::numeric_limits<SliceIndex>::max()) {
-    fault(value, shown, fmt::format("{} slices; at most 2147483647", slices));
-  } else if (cells * slices > 0x1p48) {
-    fault(value, shown, fmt::format("{} pixels; at most 281474976710656", cells * slices));
-  } else {
-    config_.problem.extents = Extents(sizes, axis_names_);
+    return fmt::format("{} axes; at most {}, x and y included", sizes.size(), Extents::max_axes);
   }
+  if (cells > 0x1p32 - 1) return fmt::format("{} pixels in a slice; at most 4294967295", cells);
+  if (slices > std::numeric_limits<SliceIndex>::max()) return fmt::format("{} slices; at most 2147483647", slices);
+  if (cells * slices > 0x1p48) return fmt::format("{} pixels; at most 281474976710656", cells * slices);
+  return "";
 }
 
-void ConfigReader::read_samples(const Setting& setting, const Value& value, const std::string& shown,
-                                const Target& target) {
-  SampleSpec& samples = config_.problem.samples;
-  if (const Table* table = value.table()) {
+// The size that an axis is given; 0, and the fault, if it is unsound.
+std::int64_t read_axis_size(Reader& reader, const Entry& entry, const std::string& shown) {
+  const std::string key = shown + '.' + toml_key(entry.key);
+  const auto* size = std::get_if<std::int64_t>(&entry.value.data);
+  if (const std::string why = name_fault(entry.key); !why.empty()) {
+    reader.fault(entry.place, key + ": " + why);
+  } else if (size == nullptr) {
+    reader.fault(entry.value, key, "must be an integer, at least 1");
+  } else if (*size < 1 || *size > std::numeric_limits<std::int32_t>::max()) {
+    reader.fault(entry.value, key, *size < 1 ? "must be at least 1" : "must be at most 2147483647");
+  } else {
+    return *size;
+  }
+  return 0;
+}
+
+void read_size(Reader& reader, const Found& found) {
+  const Table* table = found.value.table();
+  if (table == nullptr) return reader.fault(found.value, found.shown, "must be " + found.setting.accepted());
+  const std::vector<std::string> names = axis_names(reader.root());
+  std::vector<std::int64_t> sizes(2, 0);
+  for (const Entry& entry : *table) {
+    const std::int64_t size = read_axis_size(reader, entry, found.shown);
+    if (entry.key == "x" || entry.key == "y") {
+      sizes[entry.key == "x" ? 0 : 1] = size;
+    } else {
+      sizes.push_back(size);
+    }
+  }
+  for (const char* axis : {"x", "y"}) {
+    if (find(*table, axis) == nullptr)
+      reader.fault(found.value.place, fmt::format("{}.{}: missing", found.shown, axis));
+  }
+  if (std::find(sizes.begin(), sizes.end(), 0) != sizes.end()) return;
+  if (const std::string why = count_fault(sizes); !why.empty()) return reader.fault(found.value, found.shown, why);
+  found.owners.get<RunConfig>().problem.extents = Extents(sizes, names);
+}
+
+std::string size_text(const Writer& /*writer*/, const Setting& /*setting*/, const Owners& owners) {
+  const Extents& extents = owners.get<RunConfig>().problem.extents;
+  std::string text;
+  for (int axis = 0; axis < extents.num_axes(); ++axis) {
+    text += fmt::format("{}{} = {}", axis == 0 ? "{ " : ", ", extents.name(axis), extents.size(axis));
+  }
+  return text.empty() ? text : text + " }";
+}
+
+// texture.samples
+
+struct SampleChoice {
+  std::string_view stem;  // the word begins with it; longer ones first
+  SampleKind kind;
+  int channels;
+};
+
+constexpr SampleChoice sample_kinds[] = {
+    {"uniform", SampleKind::uniform, 1},
+    {"tent", SampleKind::tent, 1},
+    {"gauss", SampleKind::gauss, 1},
+    {"circle", SampleKind::circle, 1},
+    {"vector", SampleKind::vector, 2},
+    {"sphere", SampleKind::sphere, 3},
+    {"hemisphere-cosine", SampleKind::hemisphere_cosine, 3},
+    {"hemisphere", SampleKind::hemisphere, 3},
+    {"disk", SampleKind::disk, 2},
+};
+
+SampleSpec samples_from_word(std::string_view word) {
+  const auto found = std::find_if(std::begin(sample_kinds), std::end(sample_kinds),
+                                  [&](const SampleChoice& choice) { return word.starts_with(choice.stem); });
+  NOISELOOM_CHECK(found != std::end(sample_kinds));
+  SampleSpec samples;
+  samples.kind = found->kind;
+  samples.channels = found->kind == SampleKind::vector ? word.back() - '0' : found->channels;
+  return samples;
+}
+
+std::string word_from_samples(const SampleSpec& samples) {
+  const auto found = std::find_if(std::begin(sample_kinds), std::end(sample_kinds),
+                                  [&](const SampleChoice& choice) { return choice.kind == samples.kind; });
+  NOISELOOM_CHECK(found != std::end(sample_kinds));
+  const std::string stem(found->stem);
+  return samples.kind == SampleKind::vector ? stem + std::to_string(samples.channels) : stem;
+}
+
+void read_samples(Reader& reader, const Found& found) {
+  SampleSpec& samples = found.owners.get<RunConfig>().problem.samples;
+  if (const Table* table = found.value.table()) {
     if (const Value* image = find(*table, "image")) {
-      return fault(*image, shown + ".image", "planned, but this version does not have it");
+      return reader.fault(*image, found.shown + ".image", "planned, but this version does not have it");
     }
     samples.kind = SampleKind::file;
-    return read_table(value, setting.key, shown, target);
+    return reader.read_table(found.value, found.setting.key, found.shown, found.owners);
   }
-  const auto* text = std::get_if<std::string>(&value.data);
-  if (text == nullptr) return fault(value, shown, "must be " + setting.accepted());
-  const auto word =
-      std::find_if(setting.words.begin(), setting.words.end(), [&](const Word& w) { return w.word == *text; });
-  if (word == setting.words.end()) return fault(value, shown, unknown_word(*text, setting));
+  const std::string* text = found.value.text();
+  if (text == nullptr) return reader.fault(found.value, found.shown, "must be " + found.setting.accepted());
+  const auto words = found.setting.words;
+  const auto word = std::find_if(words.begin(), words.end(), [&](const Word& w) { return w.word == *text; });
+  if (word == words.end()) return reader.fault(found.value, found.shown, unknown_word(*text, found.setting));
   samples = samples_from_word(word->word);
 }
 
-void ConfigReader::read_groups(const Setting& setting, const Value& value, const std::string& shown) {
-  const Array* groups = value.array();
-  if (groups == nullptr || groups->empty()) return fault(value, shown, "must be " + setting.accepted());
-  const auto undecided_before = undecided_;
-  for (std::size_t i = 0; i < groups->size(); ++i) {
-    GroupSpec group;
-    const std::string name = fmt::format("{}[{}]", shown, i);
-    read_table((*groups)[i], "filter.groups[]", name, {.config = &config_, .group = &group});
-    config_.problem.filter.groups.push_back(std::move(group));
-    undecided_ = undecided_before;
-  }
-  if (!decided(row("filter.groups[].weight"))) return;  // product or sum?
-  if (config_.problem.filter.combine == Combine::product) check_axes_are_disjoint(*groups, shown);
-  if (config_.problem.filter.combine == Combine::sum) check_weights(value, shown);
+std::string samples_text(const Writer& writer, const Setting& setting, const Owners& owners) {
+  const SampleSpec& samples = owners.get<RunConfig>().problem.samples;
+  if (samples.kind == SampleKind::file) return writer.inline_table(setting.key, owners);
+  return toml_string(word_from_samples(samples));
 }
 
-void ConfigReader::read_axes(const Setting& setting, const Value& value, const std::string& shown,
-                             const Target& target) {
-  std::vector<int>& axes = *std::get<std::vector<int>*>(setting.field(target));
+// Axes of a group, and those that are bounded
+
+// The names that a value gives; nothing if it is no text and no list of texts.
+std::optional<std::vector<std::string>> names_in(const Value& value) {
   std::vector<std::string> names;
-  if (const auto* letters = std::get_if<std::string>(&value.data)) {
-    for (const char letter : *letters) names.emplace_back(1, letter);
-    const bool is_name = std::find(axis_names_.begin(), axis_names_.end(), *letters) != axis_names_.end();
-    if (is_name && letters->size() > 1) {
-      return fault(value, shown,
-                   fmt::format("a string is read letter by letter; did you mean [{}]?", toml_string(*letters)));
-    }
-  } else if (const Array* list = value.array()) {
-    for (const Value& element : *list) {
-      const auto* name = std::get_if<std::string>(&element.data);
-      if (name == nullptr) return fault(value, shown, "must be " + setting.accepted());
-      names.push_back(*name);
-    }
-  }
-  const bool is_list = value.array() != nullptr || std::holds_alternative<std::string>(value.data);
-  if (!is_list || (names.empty() && setting.required)) return fault(value, shown, "must be " + setting.accepted());
-  for (const std::string& name : names) {
-    const auto axis = std::find(axis_names_.begin(), axis_names_.end(), name);
-    const int index = static_cast<int>(axis - axis_names_.begin());
-    if (axis_names_.empty()) continue;  // texture.size is in fault
-    if (axis == axis_names_.end()) {
-      fault(value, shown, fmt::format("no axis {}; the texture has {}", toml_string(name), quoted_list(axis_names_)));
-    } else if (std::find(axes.begin(), axes.end(), index) != axes.end()) {
-      fault(value, shown, fmt::format("axis {} is named twice", toml_string(name)));
-    } else {
-      axes.push_back(index);
-    }
-  }
-}
-
-void ConfigReader::check_axes_are_disjoint(const Array& groups, const std::string& shown) {
-  std::vector<std::size_t> owner(axis_names_.size(), groups.size());
-  for (std::size_t i = 0; i < groups.size(); ++i) {
-    for (const int axis : config_.problem.filter.groups[i].axes) {
-      std::size_t& first = owner[static_cast<std::size_t>(axis)];
-      if (first == groups.size()) {
-        first = i;
+  if (const std::string* letters = value.text()) {
+    for (const char byte : *letters) {
+      const bool continues = (static_cast<unsigned char>(byte) & 0xC0) == 0x80;  // a character of several bytes
+      if (continues && !names.empty()) {
+        names.back() += byte;
       } else {
-        fault(*find(*groups[i].table(), "axes"), fmt::format("{}[{}].axes", shown, i),
-              fmt::format("axis {} is in {}[{}] already; with combine = \"product\" an axis belongs to one group",
-                          toml_string(axis_names_[static_cast<std::size_t>(axis)]), shown, first));
+        names.emplace_back(1, byte);
       }
     }
+    return names;
   }
+  if (value.array() == nullptr) return std::nullopt;
+  for (const Value& element : *value.array()) {
+    if (element.text() == nullptr) return std::nullopt;
+    names.push_back(*element.text());
+  }
+  return names;
 }
 
-void ConfigReader::check_weights(const Value& groups, const std::string& shown) {
-  std::vector<GroupSpec>& specs = config_.problem.filter.groups;
-  std::size_t num_given = 0;
-  bool sound = true;
-  double sum = 0;
-  for (std::size_t i = 0; i < specs.size(); ++i) {
-    const Table* table = (*groups.array())[i].table();
-    if (table != nullptr && find(*table, "weight") != nullptr) ++num_given;
-    if (table != nullptr && find(*table, "weight") != nullptr && specs[i].weight == 0) sound = false;
-    sum += specs[i].weight;
-  }
-  if (num_given == 0) {
-    for (GroupSpec& spec : specs) spec.weight = 1.0 / static_cast<double>(specs.size());
-  } else if (num_given < specs.size()) {
-    fault(groups.place, fmt::format("{}: {} of {} groups have a weight; all must, or none (equal shares)", shown,
-                                    num_given, specs.size()));
-  } else if (sound && std::abs(sum - 1) > 1e-6) {
-    fault(groups.place, fmt::format("{}: weights add up to {:.7g}; must add up to 1", shown, sum));
-  }
-}
-
-void ConfigReader::read_stop(const Value& value, const std::string& shown, const Target& target) {
-  Value rules = value;
-  if (Table* table = rules.table()) {
-    const auto overrides = [](const Entry& entry) { return entry.value.place.is_override; };
-    const bool overridden = std::any_of(table->begin(), table->end(), overrides);
-    if (overridden) std::erase_if(*table, [&](const Entry& entry) { return !overrides(entry); });
-    if (table->size() != 1) {
-      const Place& place = overridden ? table->back().value.place : value.place;
-      return fault(place, fmt::format("{} = {}: must have exactly one of iterations, time, score, improvement", shown,
-                                      to_text(rules)));
+// What the user may have meant by text of which some letters name no axis.
+std::string axes_hint(const std::string& written, const std::vector<std::string>& axes, std::size_t num_unknown) {
+  const auto is_axis = [&](const std::string& name) { return std::find(axes.begin(), axes.end(), name) != axes.end(); };
+  std::string letters;  // without blanks, commas and capitals
+  for (const char c : written) {
+    if (std::isalpha(static_cast<unsigned char>(c)) != 0) {
+      letters += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     }
   }
-  StopSpec& stop = config_.optimizer.stop;
-  stop = {.iterations = 0};
-  read_table(rules, "optimizer.stop", shown, target);
+  const bool all_known = std::all_of(letters.begin(), letters.end(), [&](char c) { return is_axis({c}); });
+  if (all_known && !letters.empty()) return fmt::format("; did you mean {}?", toml_string(letters));
+  std::vector<std::string> long_names;
+  std::copy_if(axes.begin(), axes.end(), std::back_inserter(long_names), [](const auto& n) { return n.size() > 1; });
+  const std::string near = nearest_word(letters, long_names);
+  if (!near.empty()) return fmt::format("; did you mean [{}]?", toml_string(near));
+  const bool is_name = num_unknown > 1 && name_fault(written).empty();
+  return is_name ? fmt::format("; a name longer than a letter is written [{}]", toml_string(written)) : "";
 }
 
-void ConfigReader::check_temperatures(const Value& value, const std::string& shown) {
-  const OptimizerSpec& optimizer = config_.optimizer;
-  if (optimizer.temperature_start > 0 && optimizer.temperature_end > optimizer.temperature_start) {
-    fault(value, shown, "end must not be above start");
+void read_axes(Reader& reader, const Found& found) {
+  const Value& value = found.value;
+  const auto names = names_in(value);
+  if (!names || (names->empty() && found.setting.required)) {
+    return reader.fault(value, found.shown, "must be " + found.setting.accepted());
   }
+  const std::vector<std::string> all = axis_names(reader.root());
+  if (all.empty()) return;  // texture.size is in fault
+  const auto number = [&](const std::string& name) { return std::find(all.begin(), all.end(), name) - all.begin(); };
+  const auto is_axis = [&](const std::string& name) { return number(name) < std::ssize(all); };
+  if (value.text() != nullptr && value.text()->size() > 1 && is_axis(*value.text())) {
+    return reader.fault(
+        value, found.shown,
+        fmt::format("a string is read letter by letter; did you mean [{}]?", toml_string(*value.text())));
+  }
+  std::vector<int>& axes = *std::get<std::vector<int>*>(found.setting.field(found.owners));
+  axes.clear();
+  std::vector<std::string> unknown;
+  for (const std::string& name : *names) {
+    const int axis = static_cast<int>(number(name));
+    if (!is_axis(name)) {
+      if (std::find(unknown.begin(), unknown.end(), name) == unknown.end()) unknown.push_back(name);
+    } else if (std::find(axes.begin(), axes.end(), axis) != axes.end()) {
+      reader.fault(value, found.shown, fmt::format("axis {} is named twice", toml_string(name)));
+    } else {
+      axes.push_back(axis);
+    }
+  }
+  if (unknown.empty()) return;
+  const std::string hint = value.text() != nullptr ? axes_hint(*value.text(), all, unknown.size()) : "";
+  reader.fault(value, found.shown,
+               fmt::format("no ax{} {}; the texture has {}{}", unknown.size() == 1 ? "is" : "es", quoted(unknown),
+                           fmt::join(all, ", "), hint));
 }
+
+std::string axes_text(const Writer& /*writer*/, const Setting& setting, const Owners& owners) {
+  const Extents& extents = owners.get<RunConfig>().problem.extents;
+  std::string letters;
+  std::vector<std::string> names;
+  for (const int axis : *std::get<std::vector<int>*>(setting.field(owners))) {
+    names.push_back(extents.name(axis));
+    letters += names.back();
+  }
+  return letters.size() == names.size() ? toml_string(letters) : fmt::format("[{}]", quoted(names));
+}
+
+}  // namespace
+
+std::vector<std::string> axis_names(const Value& root) {
+  const Value* size = find_at(root, "texture.size");
+  if (size == nullptr || size->table() == nullptr) return {};
+  std::vector<std::string> names = {"x", "y"};
+  for (const Entry& entry : *size->table()) {
+    if (entry.key != "x" && entry.key != "y") names.push_back(entry.key);
+  }
+  return names;
+}
+
+const CustomType size_type = {
+    .accepted = [](const Setting&) -> std::string { return "a table such as { x = 128, y = 128, t = 32 }"; },
+    .read = read_size,
+    .text = size_text};
+
+const CustomType samples_type = {
+    .accepted = [](const Setting& s) { return "one of " + list_of(s.words) + "; or { file = \"mine.npy\" }"; },
+    .read = read_samples,
+    .text = samples_text,
+    .help = "one of the words below, or a table"};
+
+const CustomType axes_type = {.accepted = [](const Setting&) -> std::string {
+                                return "the names of axes: \"xy\", or [\"time\"] where names are longer than a letter";
+                              },
+                              .read = read_axes,
+                              .text = axes_text};
 
 }  // namespace noiseloom::settings

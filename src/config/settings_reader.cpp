@@ -1,226 +1,178 @@
+// Tables and their keys; single values are read in settings_reader_values.cpp.
 #include "noiseloom/config/settings_reader.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <filesystem>
+
+#include "noiseloom/core/text.h"
 
 namespace noiseloom::settings {
 namespace {
+
+constexpr std::size_t max_faults_shown = 100;
+constexpr std::size_t max_faults_kept = 1000;  // of a file of garbage; enough to sort those that are shown
 
 std::string joined(const std::string& parent, std::string_view key) {
   return parent.empty() ? std::string(key) : parent + '.' + std::string(key);
 }
 
-// Long lists are cut, between characters of UTF-8: the line number leads to the rest.
-std::string shortened(const Value& value) {
-  constexpr std::size_t longest = 60;
-  std::string text = to_text(value);
-  if (text.size() <= longest) return text;
-  std::size_t end = longest - 4;
-  while ((static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
-  return text.substr(0, end) + " ...";
-}
-
 }  // namespace
 
-RunConfig ConfigReader::read(const Value& root) {
-  config_ = RunConfig{};
-  axis_names_.clear();
+void Reader::read(const Value& root, const Owners& owners) {
+  root_ = &root;
+  written_paths_.clear();
   undecided_.clear();
   faults_.clear();
-  look_up_method(root);
-  read_table(root, "", "", {.config = &config_});
-  if (config_.optimizer.method == Method::void_and_cluster) check_void_and_cluster(root);
-  return config_;
+  num_left_out_ = 0;
+  look_up_deciders(owners);
+  read_table(root, "", "", owners);
+  if (kind_.check != nullptr) kind_.check(*this, root, owners);
 }
 
-std::vector<Fault> ConfigReader::faults() const {
+std::vector<Fault> Reader::faults() const {
   auto sorted = faults_;
   std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
     return std::pair(a.first.is_override, a.first.line) < std::pair(b.first.is_override, b.first.line);
   });
   std::vector<Fault> result;
-  for (auto& [place, fault] : sorted) result.push_back(std::move(fault));
+  for (auto& [place, fault] : sorted) {
+    if (result.size() < max_faults_shown) result.push_back(std::move(fault));
+  }
+  const std::size_t others = sorted.size() - result.size() + num_left_out_;
+  if (others > 0) result.push_back({root_->place.file, fmt::format("{} faults more", others)});
   return result;
 }
 
-void ConfigReader::fault(const Place& place, const std::string& text) {
-  faults_.push_back({place, {place.to_string(), text}});
+void Reader::fault(const Place& place, const std::string& text) {
+  constexpr std::size_t longest = 2000;  // a name of megabytes is no help
+  if (faults_.size() < max_faults_kept) {
+    faults_.push_back({place, {place.to_string(), shortened(text, longest)}});
+  } else {
+    ++num_left_out_;
+  }
 }
 
-void ConfigReader::fault(const Value& value, const std::string& shown, const std::string& text) {
-  fault(value.place, fmt::format("{} = {}: {}", shown, shortened(value), text));
+// Long lists are cut: the line number leads to the rest.
+void Reader::fault(const Value& value, const std::string& shown, const std::string& text) {
+  fault(value.place, fmt::format("{} = {}: {}", shown, shortened(to_text(value), 60), text));
 }
 
-bool ConfigReader::decided(const Setting& setting) const {
-  return std::find(undecided_.begin(), undecided_.end(), setting.when.key) == undecided_.end();
+bool Reader::decided(std::string_view key) const {
+  return std::find(undecided_.begin(), undecided_.end(), key) == undecided_.end();
 }
 
-void ConfigReader::read_table(const Value& value, std::string_view pattern, const std::string& shown,
-                              const Target& target) {
+// Settings of any table may depend on a word that stands in another one, so these words are set before tables are read.
+// Words of list elements are not: they stand before what depends on them.
+void Reader::look_up_deciders(const Owners& owners) {
+  for (const Setting& setting : kind_.settings) {
+    const std::string_view key = setting.when.key;
+    if (key.empty() || key.find("[]") != std::string_view::npos) continue;
+    const Value* value = find_at(*root_, key);
+    if (value == nullptr || !decided(key)) continue;
+    if (value->text() == nullptr || !set_word(kind_.row(key), *value->text(), owners)) undecided_.push_back(key);
+  }
+}
+
+void Reader::read_table(const Value& value, std::string_view pattern, const std::string& shown, const Owners& owners) {
   const Table* table = value.table();
   if (table == nullptr) return fault(value, shown, "must be a table");
-  std::vector<const Setting*> rows = below(pattern);
+  std::vector<const Setting*> rows = kind_.below(pattern);
   while (!rows.empty()) {
     const std::string_view leaf = rows.front()->leaf();
     std::vector<const Setting*> same_key;
     std::copy_if(rows.begin(), rows.end(), std::back_inserter(same_key),
                  [&](const Setting* s) { return s->leaf() == leaf; });
     std::erase_if(rows, [&](const Setting* s) { return s->leaf() == leaf; });
-    read_key(same_key, value, joined(shown, leaf), target);
+    read_key(same_key, value, joined(shown, leaf), owners);
   }
-  report_unknown_keys(*table, pattern, shown, target);
+  report_unknown_keys(*table, pattern, shown, owners);
 }
 
-void ConfigReader::read_key(const std::vector<const Setting*>& rows, const Value& parent, const std::string& shown,
-                            const Target& target) {
+void Reader::read_key(const std::vector<const Setting*>& rows, const Value& parent, const std::string& shown,
+                      const Owners& owners) {
   const Value* value = find(*parent.table(), rows.front()->leaf());
-  if (!decided(*rows.front())) return;
-  const auto applying = std::find_if(rows.begin(), rows.end(), [&](const Setting* s) { return applies(*s, target); });
+  if (!decided(rows.front()->when.key)) return;
+  const auto applying =
+      std::find_if(rows.begin(), rows.end(), [&](const Setting* s) { return kind_.applies(*s, owners); });
   if (applying == rows.end()) {
-    if (value == nullptr) return;
-    undecided_.push_back(rows.front()->key);
-    std::string needed;
-    for (const Setting* row : rows) needed += (needed.empty() ? "" : " or ") + row->when.to_string();
-    const std::string_view decider = rows.front()->when.key;
-    return fault(*value, shown,
-                 fmt::format("applies only with {} = {}; here it is {}", row(decider).leaf(), needed,
-                             toml_string(current_word(row(decider), target))));
+    if (value != nullptr) report_unsuitable(rows, *value, shown, owners);
+    return;
   }
   const Setting& setting = **applying;
-  if (value != nullptr) return read_value(setting, *value, shown, target);
-  if (setting.required) {
-    fault(parent.place, setting.type == Type::table
-                            ? fmt::format("{0}: missing; a config needs the table [{0}]", shown)
-                            : fmt::format("{}: missing; must be {}", shown, setting.accepted()));
-    undecided_.push_back(setting.key);
-  }
+  if (value != nullptr) return read_value({setting, *value, shown, owners});
+  if (!setting.required) return;
+  const bool section = setting.type == Type::table && setting.parent().empty();
+  fault(parent.place, section ? fmt::format("{0}: missing; a {1} needs the table [{0}]", shown, kind_.noun)
+                              : fmt::format("{}: missing; must be {}", shown, setting.accepted()));
+  undecided_.push_back(setting.key);
 }
 
-void ConfigReader::report_unknown_keys(const Table& table, std::string_view pattern, const std::string& shown,
-                                       const Target& target) {
-  std::vector<std::string> known;
+// The key is known, but another word stands where its rows ask for theirs.
+void Reader::report_unsuitable(const std::vector<const Setting*>& rows, const Value& value, const std::string& shown,
+                               const Owners& owners) {
+  undecided_.push_back(rows.front()->key);
+  std::string needed;
+  for (const Setting* row : rows) needed += (needed.empty() ? "" : " or ") + row->when.to_string();
+  const Setting& decider = kind_.row(rows.front()->when.key);
+  fault(value, shown,
+        fmt::format("applies only with {} = {}; here it is {}", decider.leaf(), needed,
+                    toml_string(current_word(decider, owners))));
+}
+
+void Reader::report_unknown_keys(const Table& table, std::string_view pattern, const std::string& shown,
+                                 const Owners& owners) {
+  std::vector<std::string_view> known;
   std::vector<std::string> usable;
   std::string list;
-  for (const Setting* setting : below(pattern)) {
-    known.emplace_back(setting->leaf());
+  for (const Setting* setting : kind_.below(pattern)) {
+    known.push_back(setting->leaf());
     const bool listed = std::find(usable.begin(), usable.end(), setting->leaf()) != usable.end();
-    if (listed || (decided(*setting) && !applies(*setting, target))) continue;
+    if (listed || (decided(setting->when.key) && !kind_.applies(*setting, owners))) continue;
     usable.emplace_back(setting->leaf());
     list += (list.empty() ? "" : ", ") + usable.back();
   }
   for (const Entry& entry : table) {
     if (std::find(known.begin(), known.end(), entry.key) != known.end()) continue;
-    const std::string near = nearest_word(entry.key, usable);
-    fault(entry.place, fmt::format("{}: unknown key; {}accepted: {}", joined(shown, entry.key),
-                                   near.empty() ? "" : "did you mean " + toml_string(near) + "? ", list));
+    if (faults_.size() >= max_faults_kept) {
+      ++num_left_out_;
+      continue;
+    }
+    fault(entry.place, fmt::format("{}: unknown key; {}accepted: {}", joined(shown, shortened(toml_key(entry.key), 60)),
+                                   did_you_mean(entry, pattern, usable), list));
   }
 }
 
-void ConfigReader::read_value(const Setting& setting, const Value& value, const std::string& shown,
-                              const Target& target) {
-  switch (setting.type) {
-    case Type::table:
-      if (setting.key == "optimizer.stop") return read_stop(value, shown, target);
-      read_table(value, setting.key, shown, target);
-      if (setting.key == "optimizer.temperature") check_temperatures(value, shown);
-      return;
-    case Type::word:
-      return read_word(setting, value, shown, target);
-    case Type::file:
-      return read_file(setting, value, shown, target);
-    case Type::size:
-      return read_size(setting, value, shown);
-    case Type::samples:
-      return read_samples(setting, value, shown, target);
-    case Type::groups:
-      return read_groups(setting, value, shown);
-    case Type::axes:
-      return read_axes(setting, value, shown, target);
-    default:
-      return read_scalar(setting, value, shown, target);
+// A key that is spelled like one of this table, or that belongs to another table ("seed" for "texture.seed").
+std::string Reader::did_you_mean(const Entry& entry, std::string_view pattern,
+                                 const std::vector<std::string>& usable) const {
+  std::string meant = elsewhere(entry.key, pattern, entry.place.is_override);
+  if (meant.empty()) {
+    if (const std::string near = nearest_word(entry.key, usable); !near.empty()) meant = toml_string(near);
   }
+  if (meant.empty() && entry.key.size() > 3) {
+    std::vector<std::string> leaves;
+    for (const Setting& setting : kind_.settings) leaves.emplace_back(setting.leaf());
+    const std::string near = nearest_word(entry.key, leaves);
+    if (!near.empty()) meant = elsewhere(near, pattern, entry.place.is_override);
+  }
+  return meant.empty() ? "" : "did you mean " + meant + "? ";
 }
 
-void ConfigReader::read_scalar(const Setting& setting, const Value& value, const std::string& shown,
-                               const Target& target) {
-  const auto* integer = std::get_if<std::int64_t>(&value.data);
-  const auto* number = std::get_if<double>(&value.data);
-  const auto* text = std::get_if<std::string>(&value.data);
-  const auto* boolean = std::get_if<bool>(&value.data);
-  if (setting.type == Type::boolean && boolean != nullptr) {
-    *std::get<bool*>(setting.field(target)) = *boolean;
-  } else if (integer != nullptr && setting.type != Type::boolean) {
-    read_number(setting, static_cast<double>(*integer), value, shown, target);
-  } else if (number != nullptr && (setting.type == Type::number || setting.type == Type::duration)) {
-    read_number(setting, *number, value, shown, target);
-  } else if (text != nullptr && setting.type == Type::duration && parse_duration(*text)) {
-    read_number(setting, *parse_duration(*text), value, shown, target);
-  } else {
-    fault(value, shown, "must be " + setting.accepted());
+// The dotted keys of other tables that end in `key`: `"texture.size" or "filter.groups[].size"`; empty if none does. On
+// the command line an element has a number.
+std::string Reader::elsewhere(const std::string& key, std::string_view pattern, bool is_override) const {
+  std::vector<std::string> places;
+  for (const Setting& setting : kind_.settings) {
+    if (setting.leaf() != key || setting.parent() == pattern) continue;
+    std::string place(setting.key);
+    for (std::size_t at = place.find("[]"); is_override && at != std::string::npos; at = place.find("[]", at)) {
+      place.replace(at, 2, "[0]");
+    }
+    place = toml_string(place);
+    if (std::find(places.begin(), places.end(), place) == places.end()) places.push_back(place);
   }
-}
-
-void ConfigReader::read_number(const Setting& setting, double number, const Value& value, const std::string& shown,
-                               const Target& target) {
-  if (!std::isfinite(number)) return fault(value, shown, "must be finite");
-  if (!setting.range.contains(number)) return fault(value, shown, "must be " + setting.range.to_string());
-  const auto* integer = std::get_if<std::int64_t>(&value.data);
-  std::visit(
-      [&]<class T>(T* field) {
-        if constexpr (std::is_same_v<T, double>) {
-          *field = number;
-        } else if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
-          *field = static_cast<T>(*integer);
-        }
-      },
-      setting.field(target));
-}
-
-bool ConfigReader::set_word(const Setting& setting, const Value& value, const Target& target) {
-  const auto* text = std::get_if<std::string>(&value.data);
-  const auto word = std::find_if(setting.words.begin(), setting.words.end(),
-                                 [&](const Word& w) { return text != nullptr && w.word == *text; });
-  if (word == setting.words.end()) return false;
-  std::visit(
-      [&]<class T>(T* field) {
-        if constexpr (std::is_enum_v<T>) *field = static_cast<T>(word - setting.words.begin());
-      },
-      setting.field(target));
-  return true;
-}
-
-void ConfigReader::read_word(const Setting& setting, const Value& value, const std::string& shown,
-                             const Target& target) {
-  const auto* text = std::get_if<std::string>(&value.data);
-  if (text == nullptr) {
-    fault(value, shown, "must be " + setting.accepted());
-  } else if (!set_word(setting, value, target)) {
-    fault(value, shown, unknown_word(*text, setting));
-  } else {
-    if (setting.key == "filter.groups[].kernel") target.group->kernel = default_kernel(target.group->kernel.kind);
-    return;
-  }
-  undecided_.push_back(setting.key);
-}
-
-void ConfigReader::read_file(const Setting& setting, const Value& value, const std::string& shown,
-                             const Target& target) {
-  const auto* text = std::get_if<std::string>(&value.data);
-  if (text == nullptr || text->empty()) return fault(value, shown, "must be " + setting.accepted());
-  const bool as_written = folder_.empty() || folder_ == "." || std::filesystem::path(*text).is_absolute();
-  const std::string path = as_written ? *text : folder_ + '/' + *text;
-  std::error_code error;
-  if (missing_ == MissingFiles::refused && !std::filesystem::exists(path, error)) {
-    return fault(value, shown, as_written ? "no such file" : "no such file: " + path);
-  }
-  if (missing_ == MissingFiles::refused && std::filesystem::is_directory(path, error)) {
-    return fault(value, shown, "is a folder, must be a file");
-  }
-  *std::get<std::string*>(setting.field(target)) = path;
-  config_.written_paths.emplace(path, *text);
+  return fmt::format("{}", fmt::join(places, " or "));
 }
 
 }  // namespace noiseloom::settings
