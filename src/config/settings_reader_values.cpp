@@ -153,7 +153,8 @@ void Reader::read_number(const Found& found, double number, const Field& field) 
   if (!range.contains(number)) return fault(found.value, found.shown, "must be " + range.to_string());
   // Their reciprocals overflow and their digits are few: nobody means them.
   if (std::fpclassify(number) == FP_SUBNORMAL) {
-    return fault(found.value, found.shown, fmt::format("too near to 0: smaller than {:.3g}", std::numeric_limits<double>::min()));
+    return fault(found.value, found.shown,
+                 fmt::format("too near to 0: smaller than {:.3g}", std::numeric_limits<double>::min()));
   }
   const auto* integer = std::get_if<std::int64_t>(&found.value.data);
   std::visit(
@@ -166,8 +167,8 @@ void Reader::read_number(const Found& found, double number, const Field& field) 
           if (std::in_range<T>(*integer)) {
             *target = static_cast<T>(*integer);
           } else {
-            fault(found.value, found.shown, fmt::format("must be from {} to {}", std::numeric_limits<T>::min(),
-                                                        std::numeric_limits<T>::max()));
+            fault(found.value, found.shown,
+                  fmt::format("must be from {} to {}", std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
           }
         }
       },

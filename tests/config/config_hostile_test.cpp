@@ -100,7 +100,7 @@ class ConfigFile : public testing::Test {
 };
 
 TEST_F(ConfigFile, OfManyMegabytesIsRefused) {
-  write("# " + std::string(settings::max_text_bytes - 3, 'x') + "\n" );
+  write("# " + std::string(settings::max_text_bytes - 3, 'x') + "\n");
   EXPECT_THAT(fault(), HasSubstr("texture: missing")) << "4 MiB are read";
   write("# " + std::string(settings::max_text_bytes, 'x') + "\n");
   EXPECT_EQ(fault(), path_ + ": longer than 4 MiB, must be a config (TOML)");
@@ -132,7 +132,9 @@ TEST_F(ConfigFile, OfAnotherFormatIsNamed) {
       {"P5\n64 64\n255\n"s, "an image (PGM)"},
       {"\x93NUMPY"s, "an array (.npy)"},
       {"PK\x03\x04"s, "a zip archive, such as .npz"},
-      {"\x7f" "ELF"s, "a program"},
+      {"\x7f"
+       "ELF"s,
+       "a program"},
       {" {\n  \"x\": 1,"s, "JSON"},
       {"<!doctype html>"s, "XML or HTML"}};
   for (const auto& [beginning, name] : formats) {
@@ -162,7 +164,8 @@ TEST(ConfigText, MayHaveAByteOrderMarkAndAnyLineEnds) {
 
 TEST(ConfigText, WithNulBytesIsRefusedWithItsLine) {
   using namespace std::string_literals;
-  for (const std::string& text : {"a\0b = 1\n"s, "[texture]\nseed = 1\0\n"s, "# \0\n"s, "a = \"\0\"\n"s, "a = '\0'\n"s}) {
+  for (const std::string& text :
+       {"a\0b = 1\n"s, "[texture]\nseed = 1\0\n"s, "# \0\n"s, "a = \"\0\"\n"s, "a = '\0'\n"s}) {
     EXPECT_THAT(faults_of(text), ElementsAre(HasSubstr("not valid TOML: "))) << text;
   }
   ConfigText config;

@@ -67,9 +67,7 @@ std::vector<std::string> faults_of(const std::string& text, const std::vector<st
 }
 
 // A sound scene; `lines` begin at line 5.
-std::string with(const std::string& lines) {
-  return "[image]\nwidth = 8\n[camera]\nlenses = [50]\n" + lines + "\n";
-}
+std::string with(const std::string& lines) { return "[image]\nwidth = 8\n[camera]\nlenses = [50]\n" + lines + "\n"; }
 
 TEST(Settings, ReadEveryType) {
   const Scene scene = parsed(whole).value;
@@ -166,15 +164,16 @@ TEST(Settings, NameEveryFaultWithItsLine) {
   EXPECT_THAT(
       faults_of("title = 3\n[image]\nwidth = 0\nframes = 1.5\nexposure = \"soon\"\n[camera]\npan = [1, \"b\", 10]\n"
                 "lenses = [3000000000]\n[filter]\nedges = [\"depht\"]\n[expect]\norder = \"a < b\"\n"),
-      ElementsAre("s.toml:1: title = 3: must be text in quotes",
-                  "s.toml:3: image.width = 0: must be from 1 to 4096", "s.toml:4: image.frames = 1.5: must be an integer",
-                  StartsWith("s.toml:5: image.exposure = \"soon\": must be a duration"),
-                  "s.toml:7: camera.pan[1] = \"b\": must be a number, from -9 to 9",
-                  "s.toml:7: camera.pan[2] = 10: must be from -9 to 9",
-                  "s.toml:7: camera.pan = [1, \"b\", 10]: must have two numbers",
-                  "s.toml:8: camera.lenses[0] = 3000000000: must be from -2147483648 to 2147483647",
-                  "s.toml:10: filter.edges[0] = \"depht\": unknown edges; did you mean \"depth\"? accepted: depth, normal",
-                  "s.toml:12: expect.order = \"a < b\": must be a list; each element text in quotes"));
+      ElementsAre(
+          "s.toml:1: title = 3: must be text in quotes", "s.toml:3: image.width = 0: must be from 1 to 4096",
+          "s.toml:4: image.frames = 1.5: must be an integer",
+          StartsWith("s.toml:5: image.exposure = \"soon\": must be a duration"),
+          "s.toml:7: camera.pan[1] = \"b\": must be a number, from -9 to 9",
+          "s.toml:7: camera.pan[2] = 10: must be from -9 to 9",
+          "s.toml:7: camera.pan = [1, \"b\", 10]: must have two numbers",
+          "s.toml:8: camera.lenses[0] = 3000000000: must be from -2147483648 to 2147483647",
+          "s.toml:10: filter.edges[0] = \"depht\": unknown edges; did you mean \"depth\"? accepted: depth, normal",
+          "s.toml:12: expect.order = \"a < b\": must be a list; each element text in quotes"));
 }
 
 TEST(Settings, ReportInNestedLists) {
@@ -205,8 +204,9 @@ TEST(Settings, SuggestWordsAndKeysOfOtherTables) {
 }
 
 TEST(Settings, ApplyUnderTheirConditions) {
-  EXPECT_THAT(faults_of(with("[[object]]\nshape = \"plane\"\nradius = 3")),
-              ElementsAre("s.toml:7: object[0].radius = 3: applies only with shape = \"sphere\"; here it is \"plane\""));
+  EXPECT_THAT(
+      faults_of(with("[[object]]\nshape = \"plane\"\nradius = 3")),
+      ElementsAre("s.toml:7: object[0].radius = 3: applies only with shape = \"sphere\"; here it is \"plane\""));
   EXPECT_THAT(faults_of(with("[[object]]\nshape = \"sphere\"\ndouble_sided = true")),
               ElementsAre(HasSubstr("applies only with shape = \"mesh\" or \"plane\"; here it is \"sphere\"")));
   EXPECT_THAT(faults_of(with("[effects]\nambient-occlusion = {}")), ElementsAre(HasSubstr("with sky = \"cloudy\"")));
@@ -218,8 +218,8 @@ TEST(Settings, ApplyUnderTheirConditions) {
 TEST(Settings, OverridesReachEveryDepth) {
   const std::string mesh = "[[object]]\nshape = \"plane\"\nhole = [{ x = 1 }]";
   const Scene scene = parsed(with(mesh), {"image.width=9", "object[0].hole[0].radius=0.125", "object[0].hole[1].x=7",
-                                          "object[1].shape=sphere", "sky=cloudy",
-                                          "effects.ambient-occlusion.samples=2", "camera.pan[0]=1", "camera.pan[1]=2"})
+                                          "object[1].shape=sphere", "sky=cloudy", "effects.ambient-occlusion.samples=2",
+                                          "camera.pan[0]=1", "camera.pan[1]=2"})
                           .value;
   EXPECT_EQ(scene.width, 9);
   ASSERT_EQ(scene.objects.size(), 2U);
@@ -232,8 +232,7 @@ TEST(Settings, OverridesReachEveryDepth) {
   EXPECT_THAT(scene.pan, ElementsAre(1, 2));
   EXPECT_THAT(faults_of(with(""), {"object[2].shape=plane"}),
               ElementsAre("--set object[2].shape=plane: the list has 0 elements, counted from 0"));
-  EXPECT_THAT(faults_of(with(""), {"nonsense"}),
-              ElementsAre("--set nonsense: must be KEY=VALUE with a dotted key"));
+  EXPECT_THAT(faults_of(with(""), {"nonsense"}), ElementsAre("--set nonsense: must be KEY=VALUE with a dotted key"));
 }
 
 TEST(Settings, HoldOneOfSeveralRules) {
@@ -241,8 +240,9 @@ TEST(Settings, HoldOneOfSeveralRules) {
   const Scene scene = parsed(with(clamp), {"filter.clamp.width=2"}).value;
   EXPECT_EQ(scene.clamp_width, 2);
   EXPECT_EQ(scene.clamp_level, 0);
-  EXPECT_THAT(faults_of(with("[filter]\nclamp = { level = 0.5, width = 1 }")),
-              ElementsAre("s.toml:6: filter.clamp = { level = 0.5, width = 1 }: must have exactly one of width, level"));
+  EXPECT_THAT(
+      faults_of(with("[filter]\nclamp = { level = 0.5, width = 1 }")),
+      ElementsAre("s.toml:6: filter.clamp = { level = 0.5, width = 1 }: must have exactly one of width, level"));
 }
 
 TEST(Settings, AreExplained) {

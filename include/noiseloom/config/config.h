@@ -8,6 +8,7 @@
 #include "noiseloom/anneal/spec.h"
 #include "noiseloom/config/file_names.h"
 #include "noiseloom/construct/spec.h"
+#include "noiseloom/core/text.h"
 #include "noiseloom/problem/spec.h"
 
 namespace noiseloom {
