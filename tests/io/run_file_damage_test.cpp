@@ -182,7 +182,9 @@ TEST_F(RunFileFallback, EveryBitOfTheFirstPage) {
       ASSERT_TRUE(looks_like_run_file(path_)) << "byte " << byte << " bit " << bit;
       ASSERT_THAT(opening(path_), HasSubstr("damaged: ")) << "byte " << byte << " bit " << bit;
     }
-    if (byte % 37 == 0 || byte < 24) ASSERT_EQ(fallback(), "") << "byte " << byte;
+    if (byte % 37 == 0 || byte < 24) {
+      ASSERT_EQ(fallback(), "") << "byte " << byte;
+    }
     put_bytes(path_, byte, {good_[byte]});
   }
 }

@@ -133,7 +133,9 @@ TEST_F(RunFilePublish, AReaderAlwaysFindsAGoodFile) {
   int status = 0;
   while (::waitpid(writer, &status, WNOHANG) == 0) {
     ASSERT_TRUE(std::filesystem::exists(path_));
-    if (++looks % 64 == 0) ASSERT_GE(generation_at(path_), 0);
+    if (++looks % 64 == 0) {
+      ASSERT_GE(generation_at(path_), 0);
+    }
   }
   EXPECT_EQ(status, 0);
   EXPECT_GT(looks, 1000);

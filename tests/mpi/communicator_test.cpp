@@ -61,9 +61,8 @@ TEST(Communicator, StreamsBlocksFromRootToTheRanksThatWantThem) {
         EXPECT_TRUE(std::equal(block.begin(), block.end(), expected.begin()));
       });
   EXPECT_EQ(consumed, wanted);
-  if (!world.is_root()) return EXPECT_TRUE(produced.empty());
-  std::vector<SliceIndex> expected;  // each that anybody wants once
-  for (SliceIndex slice = 0; slice < 9; ++slice) {
+  std::vector<SliceIndex> expected;  // on rank 0 each that anybody wants, once
+  for (SliceIndex slice = 0; world.is_root() && slice < 9; ++slice) {
     for (int rank = 0; rank < world.size(); ++rank) {
       if (slice % (rank + 2) != 0) continue;
       expected.push_back(slice);
