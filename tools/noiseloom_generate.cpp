@@ -12,7 +12,9 @@
 #include <filesystem>
 #include <optional>
 
-#include "noiseloom/io/checkpoint.h"
+#include "noiseloom/files/generations.h"
+#include "noiseloom/files/run_lock.h"
+#include "noiseloom/run/checkpoint.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_job.h"
 #include "noiseloom_progress.h"

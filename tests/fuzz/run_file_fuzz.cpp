@@ -1,5 +1,5 @@
-// Run files that are anything: the reader throws, or gives what the file says; it never crashes and takes no memory that
-// the file does not account for. The digests are made to fit first: they are against damage, and would stop nearly
+// Run files that are anything: the reader throws, or gives what the file says; it never crashes and takes no memory
+// that the file does not account for. The digests are made to fit first: they are against damage, and would stop nearly
 // every input at once.
 //
 // With libFuzzer (see CMakeLists.txt here) this is a target; without, a program that tries files:
@@ -14,8 +14,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "noiseloom/io/generations.h"
-#include "noiseloom/io/run_file.h"
+#include "noiseloom/files/generations.h"
+#include "noiseloom/files/run_file.h"
 #include "support/run_file_digests.h"
 
 namespace {

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string>
 
-#include "io/digest.h"
+#include "noiseloom/files/digest.h"
 
 namespace noiseloom {
 
