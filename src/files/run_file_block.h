@@ -69,7 +69,7 @@ std::string to_text(const RunFileBlock& block);
 std::string block_last_line(std::string_view before);
 inline constexpr std::size_t block_last_line_bytes = sizeof("digest 0123456789abcdef\n") - 1;
 
-// Sound as far as it was written, but longer.
+// Longer than it was written, and changed inside too: what a program leaves that writes into it with HDF5.
 class LongerRunFile : public DamagedRunFile {
   using DamagedRunFile::DamagedRunFile;
 };

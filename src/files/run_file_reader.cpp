@@ -90,9 +90,8 @@ SliceDataset describe(const hdf5::Location& at, const std::string& name, hid_t d
   return spec;
 }
 
-// "/samples" under /checksum, and the key of its combined checksum there.
+// Where the digests of the slices of "/samples" lie.
 std::string checksum_path(const std::string& dataset) { return "/checksum" + dataset; }
-std::string checksum_key(const std::string& dataset) { return dataset.substr(1); }
 
 }  // namespace
 

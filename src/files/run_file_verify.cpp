@@ -197,10 +197,6 @@ void check_length(const RunFileBlock& block, std::uint64_t size, const std::stri
     throw_damaged(
         path, fmt::format("truncated: {} of {} bytes are left; it ends {}", size, block.length, place_of(block, size)));
   }
-  if (size > block.length) {
-    throw LongerRunFile(path,
-                        fmt::format("damaged: bytes {}..{} follow after its end; {}", block.length, size, advice));
-  }
 }
 
 // Ranges of bytes that are not what was written.
@@ -220,9 +216,8 @@ class DamageList {
     return std::ranges::any_of(ranges_, [&](const auto& range) { return range.first < end && begin < range.second; });
   }
 
-  void throw_if_any() const {
+  std::vector<Fault> faults() const {
     constexpr std::size_t most_lines = 10;
-    if (ranges_.empty()) return;
     std::vector<Fault> faults;
     for (std::size_t i = 0; i < std::min(ranges_.size(), most_lines); ++i) {
       const auto [begin, end] = ranges_[i];
@@ -233,8 +228,7 @@ class DamageList {
     if (ranges_.size() > most_lines) {
       faults.push_back({path_, fmt::format("and {} more damaged ranges", ranges_.size() - most_lines)});
     }
-    faults.back().text += fmt::format("; {}", advice);
-    throw DamagedRunFile(faults);
+    return faults;
   }
 
  private:
@@ -277,8 +271,16 @@ RunFileBlock verify_run_file(FileOps& ops, int fd, const std::string& path) {
     // Checksums that are damaged themselves say nothing about the slices.
     if (!damage.touches(place.checksums, place.checksums + 8 * place.num_slices)) check_slices(ops, fd, place, damage);
   }
-  damage.throw_if_any();
-  return block;
+  std::vector<Fault> faults = damage.faults();
+  const std::uint64_t size = ops.size(fd);
+  const bool changed_and_longer = size > block.length && !faults.empty();
+  if (size > block.length) {
+    faults.push_back({path, fmt::format("damaged: bytes {}..{} follow after its end", block.length, size)});
+  }
+  if (faults.empty()) return block;
+  faults.back().text += fmt::format("; {}", advice);
+  if (changed_and_longer) throw LongerRunFile(faults);
+  throw DamagedRunFile(faults);
 }
 
 }  // namespace noiseloom

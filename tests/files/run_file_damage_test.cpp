@@ -168,7 +168,7 @@ class RunFileFallback : public RunFileDamage {
       const NewestGeneration newest = open_newest_generation(path_, ops);
       if (!newest.reader) return "nothing";
       if (!newest.is_previous) return "opened";
-      return newest.trouble.find(path_) == std::string::npos ? "no reason" : "";
+      return newest.trouble.empty() ? "no reason" : "";
     } catch (const std::exception& error) {
       return error.what();
     }
