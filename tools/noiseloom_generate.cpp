@@ -13,6 +13,8 @@
 #include <optional>
 
 #include "noiseloom/core/text.h"
+#include "noiseloom/files/generations.h"
+#include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_job.h"
