@@ -1,0 +1,78 @@
+// A sample space: the set that a sample lives in, with its distribution and its distance, as one object.
+//
+// The built-in spaces are the rows of one table (src/samples/spaces.cpp), and each stands in a file of its own
+// (src/samples/space_*.cpp). To add a space, write its file and its row: configs, help, names of published files, exports
+// and the score find it there.
+//
+// Samples are stratified: the measure is cut into n equal parts, and each part gives one sample. Strata are numbered
+// along an order in which near numbers lie near each other in the space (for scalars: ascending values), as the optimiser
+// proposes partners by the distance of their numbers. A sample is float32; n may be any number >= 1. For n up to 2^24
+// (tent: 2^23) a sample lies in its own stratum as rounded to float; beyond, where a stratum may hold no float, beside it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "noiseloom/samples/spec.h"
+
+namespace noiseloom {
+
+// An interval of values. lo < hi.
+struct ValueRange {
+  double lo = 0;
+  double hi = 1;
+  friend bool operator==(const ValueRange&, const ValueRange&) = default;
+};
+
+struct SpaceTraits {
+  std::string name;     // as a config spells it
+  std::string meaning;  // for the help: what a sample is
+  std::string aliases;  // what people call it elsewhere, separated by spaces: leads to a suggestion, is not accepted
+  int channels = 1;     // numbers in a sample
+  int dimensions = 1;   // independent random numbers that a sample takes
+  DistanceKind distance = DistanceKind::absolute;
+  std::optional<ValueRange> range;  // what every channel lies in; none: unbounded
+  bool has_constant_density = true;
+  // In the names of published files: "vec2" in NVIDIA's, "vector2_uniform" in those of FAST's authors.
+  std::string nvidia_name;
+  std::string ea_name;
+};
+
+class SampleSpace {
+ public:
+  // Writes traits().dimensions numbers in (0, 1) for the sample of a stratum.
+  using JitterOf = std::function<void(std::int64_t id, double* jitter)>;
+
+  explicit SampleSpace(SpaceTraits traits) : traits_(std::move(traits)) {}
+  virtual ~SampleSpace() = default;
+  SampleSpace(const SampleSpace&) = delete;
+  SampleSpace& operator=(const SampleSpace&) = delete;
+
+  const SpaceTraits& traits() const { return traits_; }
+
+  // Writes the sample of stratum `id` of `n` at `jitter`: traits().dimensions numbers in (0, 1). Requires 0 <= id < n.
+  virtual void sample(std::int64_t n, std::int64_t id, const double* jitter, float* sample) const = 0;
+  // The same for all n strata, interleaved [id][channel], bit for bit.
+  virtual void list(std::int64_t n, const JitterOf& jitter, float* samples) const = 0;
+  // The stratum, of n, that holds a sample.
+  virtual std::int64_t invert(std::int64_t n, const float* sample) const = 0;
+  // Density of a sample with respect to length, area or solid angle (circle: turns). Positive for every sample that
+  // sample() gives.
+  virtual double density(const float* sample) const = 0;
+
+ private:
+  SpaceTraits traits_;
+};
+
+// All built-in spaces, in the order of the help.
+std::span<const SampleSpace* const> sample_spaces();
+// The built-in space of that name; null where there is none.
+const SampleSpace* find_sample_space(std::string_view name);
+// The space of a spec. Requires that it names one, and no file.
+const SampleSpace& sample_space(const SampleSpec& spec);
+
+}  // namespace noiseloom

@@ -1,0 +1,25 @@
+// Measure-preserving maps between the unit square, the disk and the upper half of the sphere, and back: the square's
+// concentric map to the disk [Shirley, Chiu 1997, doi:10.1080/10867651.1997.10487479], and the disk lifted by Lambert's
+// equal-area projection. All are near to isometric.
+#pragma once
+
+namespace noiseloom {
+
+struct DiskPoint {
+  double x;
+  double y;
+  double radius;
+};
+
+// u, v in [0, 1) -> a point with radius <= 1, and back to u[0], u[1].
+DiskPoint disk_from_square(double u, double v);
+void square_from_disk(double x, double y, double* u);
+
+// 1 - r^2, written so that it keeps its relative accuracy at the rim.
+inline double one_minus_square(double r) { return (1 - r) * (1 + r); }
+
+// u, v in [0, 1) -> a unit vector with z >= 0, and back, for either sign of z.
+void hemisphere_from_square(double u, double v, double* sample);
+void square_from_hemisphere(const float* sample, double* u);
+
+}  // namespace noiseloom

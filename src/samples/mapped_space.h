@@ -1,0 +1,40 @@
+// Spaces that a measure-preserving map takes from a box: strata are those of the box (strata.h).
+#pragma once
+
+#include "noiseloom/samples/space.h"
+#include "samples/strata.h"
+
+namespace noiseloom {
+
+// Maps that are near to isometric make strata that are nearly square in the box nearly round in the space.
+struct BoxMap {
+  Box domain;
+  // u in the domain -> sample, in double.
+  void (*to_sample)(int channels, const double* u, double* sample);
+  // The inverse, from a sample as it is stored.
+  void (*to_domain)(int channels, const float* sample, double* u);
+  // What the space promises of a stored sample, whatever rounding did.
+  bool (*contains)(const float* sample);
+  double (*density)(const float* sample);
+};
+
+// The box [0, 1)^dimensions.
+Box unit_box(int dimensions);
+
+class MappedSpace : public SampleSpace {
+ public:
+  // dimensions of the traits are those of the domain.
+  MappedSpace(SpaceTraits traits, BoxMap map) : SampleSpace(std::move(traits)), map_(map) {}
+
+  void sample(std::int64_t n, std::int64_t id, const double* jitter, float* sample) const override;
+  void list(std::int64_t n, const JitterOf& jitter, float* samples) const override;
+  std::int64_t invert(std::int64_t n, const float* sample) const override;
+  double density(const float* sample) const override { return map_.density(sample); }
+
+ private:
+  void sample_in(const Box& box, const double* jitter, float* sample) const;
+
+  BoxMap map_;
+};
+
+}  // namespace noiseloom

@@ -1,0 +1,63 @@
+// hemisphere: unit vectors with z > 0; hemisphere-cosine: the same with density z / pi, the disk lifted straight up
+// (Malley's method).
+#include <algorithm>
+#include <cmath>
+
+#include "noiseloom/core/math.h"
+#include "samples/disk_map.h"
+#include "samples/mapped_space.h"
+#include "samples/spaces.h"
+
+namespace noiseloom {
+namespace {
+
+bool is_above(const float* sample) { return sample[2] > 0; }
+
+}  // namespace
+
+SpacePtr hemisphere_space() {
+  return std::make_unique<MappedSpace>(
+      SpaceTraits{.name = "hemisphere",
+                  .meaning = "a unit vector with z >= 0, uniform",
+                  .aliases = "hemisphere-uniform",
+                  .channels = 3,
+                  .dimensions = 2,
+                  .distance = DistanceKind::angle,
+                  .range = ValueRange{-1, 1},
+                  .nvidia_name = "unitvec3_hemisphere",
+                  .ea_name = "sphere_uniformhemisphere"},
+      BoxMap{.domain = unit_box(2),
+             .to_sample = [](int /*channels*/, const double* u,
+                             double* sample) { hemisphere_from_square(u[0], u[1], sample); },
+             .to_domain = [](int /*channels*/, const float* sample, double* u) { square_from_hemisphere(sample, u); },
+             .contains = is_above,
+             .density = [](const float*) { return 0.5 / math::pi; }});
+}
+
+SpacePtr hemisphere_cosine_space() {
+  return std::make_unique<MappedSpace>(
+      SpaceTraits{.name = "hemisphere-cosine",
+                  .meaning = "a unit vector with z >= 0, density cos / pi",
+                  .aliases = "cosine cosine-hemisphere lambert",
+                  .channels = 3,
+                  .dimensions = 2,
+                  .distance = DistanceKind::angle,
+                  .range = ValueRange{-1, 1},
+                  .has_constant_density = false,
+                  .nvidia_name = "unitvec3_cosine",
+                  .ea_name = "sphere_coshemi"},
+      BoxMap{.domain = unit_box(2),
+             .to_sample =
+                 [](int /*channels*/, const double* u, double* sample) {
+                   const DiskPoint p = disk_from_square(u[0], u[1]);
+                   sample[0] = p.x;
+                   sample[1] = p.y;
+                   sample[2] = std::sqrt(one_minus_square(p.radius));
+                 },
+             .to_domain = [](int /*channels*/, const float* sample,
+                             double* u) { square_from_disk(sample[0], sample[1], u); },
+             .contains = is_above,
+             .density = [](const float* sample) { return std::max(0.0, static_cast<double>(sample[2])) / math::pi; }});
+}
+
+}  // namespace noiseloom
