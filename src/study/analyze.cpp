@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "noiseloom/core/decimal.h"
 #include "noiseloom/problem/sample_space.h"
 #include "noiseloom/study/filtered.h"
 #include "noiseloom/study/naming.h"
@@ -137,7 +138,7 @@ class Analysis {
         "noiseloom export --threshold writes them.",
         {}};
     for (const double density : densities) {
-      const std::int64_t count = num_points(density, extents_.num_cells());
+      const std::int64_t count = decimal_of(density).floor_of_times(extents_.num_cells());
       const Picture part = cropped(points_picture(file_.ranks.data(), extents_, count), shown_points, shown_points);
       const int factor = factor_to_fill(std::max(part.width, part.height), shown_quarter);
       const bool whole = part.width == extents_.width() && part.height == extents_.height();

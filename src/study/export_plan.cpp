@@ -4,6 +4,7 @@
 #include <charconv>
 #include <filesystem>
 
+#include "noiseloom/core/decimal.h"
 #include "noiseloom/problem/sample_space.h"
 #include "noiseloom/study/export.h"
 #include "noiseloom/study/pixel_order.h"

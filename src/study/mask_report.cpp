@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "noiseloom/core/decimal.h"
+
 namespace noiseloom {
 namespace {
 
@@ -37,10 +39,6 @@ std::string percent(double density) { return fmt::format("{:g} %", 100 * density
 
 }  // namespace
 
-std::int64_t num_points(double density, std::int64_t num_pixels) {
-  return static_cast<std::int64_t>(density * static_cast<double>(num_pixels));
-}
-
 Plot low_frequency_plot(const SpectralQuality& quality) {
   Plot plot{"Power on a logarithmic scale", "frequency (cycles a pixel)", "power", true, {}};
   for (const GroupQuality& group : quality.groups)
@@ -65,7 +63,7 @@ ReportTable low_frequency_table(const SpectralQuality& quality) {
 std::vector<double> shown_densities(std::int64_t num_pixels) {
   std::vector<double> densities;
   for (const double density : {0.02, 0.1, 0.25, 0.5})
-    if (num_points(density, num_pixels) > 0) densities.push_back(density);
+    if (decimal_of(density).floor_of_times(num_pixels) > 0) densities.push_back(density);
   return densities;
 }
 
@@ -83,7 +81,7 @@ Plot points_plot(const std::vector<std::uint64_t>& ranks, const Extents& extents
   Texture pattern = make_texture(Extents({extents.width(), extents.height(), num_slices}), 1);
   Plot plot{"Power of the point sets", "frequency (cycles a pixel)", "power", true, {}};
   for (const double density : densities) {
-    const std::int64_t count = num_points(density, extents.num_cells());
+    const std::int64_t count = decimal_of(density).floor_of_times(extents.num_cells());
     for (std::size_t i = 0; i < ranks.size(); ++i)
       pattern.values[i] = static_cast<std::int64_t>(ranks[i]) < count ? 1.0F : 0.0F;
     plot.lines.push_back(line_of(radial_average(axes_spectrum(pattern, DistanceKind::absolute, {0, 1})),

@@ -48,28 +48,6 @@ std::string expected_csv(std::size_t count, std::size_t begin = 0, std::size_t e
   return text;
 }
 
-TEST(ParseFraction, KeepsDecimalsExactly) {
-  EXPECT_EQ(parse_fraction("t", "0.29").floor_of_times(100), 29);  // 28 in double
-  EXPECT_EQ(parse_fraction("t", ".1").floor_of_times(10), 1);
-  EXPECT_EQ(parse_fraction("t", "1").floor_of_times(462), 462);
-  EXPECT_EQ(parse_fraction("t", "1.000").floor_of_times(462), 462);
-  EXPECT_EQ(parse_fraction("t", "0.100").floor_of_times(459), 45);
-  EXPECT_EQ(parse_fraction("t", "25e-2").floor_of_times(7), 1);
-  EXPECT_EQ(parse_fraction("t", "0.025E1").floor_of_times(8), 2);
-  // Past 2^53 no pixel is lost either.
-  const std::int64_t many = (std::int64_t{1} << 62) + 3;
-  EXPECT_EQ(parse_fraction("t", "0.5").floor_of_times(many), (std::int64_t{1} << 61) + 1);
-  EXPECT_EQ(parse_fraction("t", "0.999999999999999999").floor_of_times(many), many - 5);
-  EXPECT_EQ(parse_fraction("t", "1").floor_of_times(many), many);
-}
-
-TEST(ParseFraction, RefusesWhatIsNoFraction) {
-  for (const char* const text : {"", ".", "0", "0.0", "-0.1", "1.1", "10", "2", "0,1", "0.1x", "1e", "e-1", "1e1",
-                                 "nan", "0.1.2", "0x1p-3", "1e99999999999", "10 %", "0.1234567890123456789"})
-    EXPECT_THAT(user_error_of([&] { parse_fraction("--threshold", text); }),
-                HasSubstr(fmt::format("--threshold {}: ", text)));
-}
-
 class ExportedPoints : public testing::TestWithParam<ElementType> {};
 INSTANTIATE_TEST_SUITE_P(Types, ExportedPoints, testing::Values(ElementType::uint32, ElementType::uint64));
 

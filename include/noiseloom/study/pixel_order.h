@@ -13,17 +13,6 @@
 
 namespace noiseloom {
 
-// A fraction written in decimals, kept exactly: numerator / 10^decimals. Binary numbers would lose a point here and
-// there (floor(0.29 * 100) is 28 in double).
-struct DecimalFraction {
-  std::uint64_t numerator = 0;
-  int decimals = 0;
-  std::int64_t floor_of_times(std::int64_t count) const;  // exact for every count
-};
-
-// "0.1", ".25", "1", "2e-3": in (0, 1], at most 18 decimals. Throws UserError naming `what` otherwise.
-DecimalFraction parse_fraction(const std::string& what, const std::string& text);
-
 // Why a run file with that content has no sequence; "" where it has one.
 std::string why_no_order(const RunFileContent& content);
 
