@@ -3,15 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 namespace noiseloom {
-namespace {
-
-constexpr std::uint64_t not_seen = std::numeric_limits<std::uint64_t>::max();
-
-}  // namespace
-
 std::string why_no_order(const RunFileContent& content) {
   const auto found = std::ranges::find(content.datasets, "/order", &SliceDataset::name);
   if (found == content.datasets.end())
@@ -53,24 +46,6 @@ void PixelOrder::require_all_ranked() const {
     throw UserError(path_, fmt::format("not finished: {} of {} pixels have their place in the order; go on with "
                                        "generate --resume",
                                        num_ranked, extents.num_cells()));
-}
-
-std::vector<std::uint64_t> PixelOrder::first_pixels(std::int64_t count) const {
-  const Extents& extents = reader_.content().extents;
-  const std::size_t cells = static_cast<std::size_t>(extents.cells_per_slice());
-  std::vector<std::uint64_t> positions(static_cast<std::size_t>(count), not_seen);
-  std::vector<std::uint64_t> ranks(cells);
-  for (SliceIndex s = 0; s < extents.num_slices(); ++s) {
-    read_slice(s, ranks);
-    for (std::size_t cell = 0; cell < cells; ++cell)
-      if (ranks[cell] < positions.size()) positions[ranks[cell]] = cell + cells * static_cast<std::size_t>(s);
-  }
-  // As many ranks as pixels, none too large: where one occurs twice, one is missing.
-  const auto missing = std::find(positions.begin(), positions.end(), not_seen);
-  if (missing != positions.end())
-    throw UserError(path_,
-                    fmt::format("/order is no sequence of the pixels: none has rank {}", missing - positions.begin()));
-  return positions;
 }
 
 }  // namespace noiseloom

@@ -153,16 +153,16 @@ TEST(Export, NamesFilesByScheme) {
   content.datasets = {{"/samples", ElementType::float32, 2, true}};
   const auto targets = [&](ExportOptions options) {
     options.slices = "9:11";
-    return plan_export("folder/quick.h5", content, config.problem, options).targets;
+    return plan_export("folder/quick.h5", content, config.problem, options).outputs.front().targets;
   };
   ExportOptions options = options_for("out/");
   EXPECT_THAT(targets(options), ElementsAre("out/quick_09.png", "out/quick_10.png"));
   options.naming = "nvidia";
   EXPECT_EQ(targets(options)[1], "out/stbn_vec2_2Dx1D_5x3x11_10.png");
   options.naming = "ea";
-  EXPECT_EQ(targets(options)[0], "out/vector2_uniform_gauss_1.0_exponential_0.1_0.25_product_9.png");
+  EXPECT_EQ(targets(options)[0], "out/vector2_uniform_gauss1_0_exp01025_product_9.png");
   options.layout = "strip";
-  EXPECT_THAT(targets(options), ElementsAre("out/vector2_uniform_gauss_1.0_exponential_0.1_0.25_product.png"));
+  EXPECT_THAT(targets(options), ElementsAre("out/vector2_uniform_gauss1_0_exp01025_product.png"));
   options = options_for("out/");
   options.naming = "n{slice:03}";
   options.format = "tiff";

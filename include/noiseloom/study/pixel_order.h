@@ -1,13 +1,11 @@
 // The sequence in which the pixels of a mask are turned on: /order of a run file, and the point sets that it holds.
 //
-// The first k pixels of the sequence are the mask at density k / N, for every k: a progressive point set. Positions are
-// cell + cells_per_slice * slice (core/extents.h).
+// The first k pixels of the sequence are the mask at density k / N, for every k: a progressive point set.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "noiseloom/io/run_file.h"
 
@@ -25,8 +23,6 @@ class PixelOrder {
   std::int64_t num_pixels() const { return reader_.content().extents.num_cells(); }
   // The rank of every cell of the slice, below num_pixels(); uint32 or uint64 in the file.
   void read_slice(SliceIndex slice, std::span<std::uint64_t> ranks) const;
-  // The positions of the first `count` pixels, in their order. Throws UserError where /order is not a permutation.
-  std::vector<std::uint64_t> first_pixels(std::int64_t count) const;
 
  private:
   void require_all_ranked() const;
