@@ -1,11 +1,32 @@
-// Commands of noiseloom-study that stand in files of their own. Each adds itself to the command line; `status` becomes
-// the exit status when the command has run.
+// Commands of noiseloom-study, one file each. Each adds itself to the command line.
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "noiseloom/io/config.h"
 
 namespace noiseloom {
 
+void add_export(CLI::App& app);
+void add_score(CLI::App& app);
+void add_analyze(CLI::App& app);
+// `status` becomes the exit status when the command has run.
 void add_accuracy(CLI::App& app, int& status);
+
+// What score and analyze both take: a texture of any kind, and what its values mean.
+struct TextureArguments {
+  std::string file;
+  std::string config;
+  std::vector<std::string> overrides;
+  int threads = 0;  // 0: all processors
+};
+
+void add_texture_arguments(CLI::App& command, TextureArguments& arguments);
+// The config given or, where --set changes it, the run file's own; none where neither is given.
+std::optional<RunConfig> config_of(const TextureArguments& arguments);
+int threads_of(const TextureArguments& arguments);
 
 }  // namespace noiseloom

@@ -1,0 +1,49 @@
+// analyze: the report of a texture.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "noiseloom/core/parallel.h"
+#include "noiseloom/study/analyze.h"
+#include "noiseloom/study/output_files.h"
+#include "noiseloom/study/quality.h"
+#include "noiseloom/study/texture_file.h"
+#include "noiseloom_study.h"
+
+namespace noiseloom {
+namespace {
+
+struct Arguments {
+  TextureArguments texture;
+  std::string folder;
+  bool overwrite = false;
+};
+
+void run_analyze(const Arguments& arguments) {
+  const TextureArguments& common = arguments.texture;
+  const TextureFile file = load_texture(common.file, config_of(common));
+  ThreadPool pool(threads_of(common));
+  OutputFiles output(posix_file_ops(), arguments.overwrite);
+  const SpectralQuality quality = analyze_texture(common.file, file, arguments.folder, output, pool);
+  output.commit();
+  fmt::print("{}", quality_text(quality));
+  fmt::print("wrote {}\n", (std::filesystem::path(arguments.folder) / "report.html").string());
+}
+
+}  // namespace
+
+void add_analyze(CLI::App& app) {
+  const auto arguments = std::make_shared<Arguments>();
+  auto* const command = app.add_subcommand("analyze", "Spectra, pictures and convergence: report.html");
+  add_texture_arguments(*command, arguments->texture);
+  command->add_option("-o,--output", arguments->folder, "Folder to write to (made if missing)")->required();
+  command->add_flag("--overwrite", arguments->overwrite, "Replace files that exist");
+  command->footer(
+      "  noiseloom analyze run.h5 -o report/                       then open report/report.html\n"
+      "  noiseloom analyze strip.png -o report/ --config run.toml  anybody's images; without a config, no scores\n");
+  command->callback([arguments] { run_analyze(*arguments); });
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,71 @@
+// export: run files to images and arrays.
+#include <fmt/format.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "noiseloom/study/export.h"
+#include "noiseloom_study.h"
+
+namespace noiseloom {
+namespace {
+
+struct Arguments {
+  std::string file;
+  ExportOptions options;
+};
+
+std::string list_of_files(const std::vector<std::string>& files) {
+  if (files.size() == 1) return files.front();
+  if (files.size() == 2) return fmt::format("{} and {}", files.front(), files.back());
+  return fmt::format("{} files: {} to {}", files.size(), files.front(), files.back());
+}
+
+void run_export(const std::string& file, const ExportOptions& options) {
+  const ExportResult result = export_run_file(file, options, posix_file_ops());
+  fmt::print("wrote {}\n", list_of_files(result.files));
+  if (!result.tables.empty()) fmt::print("{}, in {}\n", result.points, list_of_files(result.tables));
+}
+
+}  // namespace
+
+void add_export(CLI::App& app) {
+  auto* const command = app.add_subcommand("export", "Run file to images and arrays");
+  const auto arguments = std::make_shared<Arguments>();
+  ExportOptions& options = arguments->options;
+  command->add_option("RUN.h5", arguments->file, "Run file")->required();
+  command
+      ->add_option("-o,--output", options.output,
+                   "A file, a folder (made if missing), or a pattern such as out/noise_{slice:03}.png")
+      ->required();
+  command->add_option("--format", options.format,
+                      "png, exr, tiff, hdr, npy, raw; from the output's extension if not given, else png");
+  command->add_option("--layout", options.layout,
+                      "slices: a file each (default); strip: all in one, downward; exr-multipart: parts of one EXR");
+  command->add_option("--depth", options.depth, "png: 8 (default), 16; tiff: 8, 16, 32f; raw: 32f, 8, 16; others: 32f");
+  command->add_option("--naming", options.naming, "Names in a folder: plain (default), nvidia, ea, or a pattern");
+  command->add_option("--slices", options.slices, "A:B: slices A to B - 1");
+  command->add_option("--range", options.range,
+                      "LO:HI: what 0 and 1 of an image stand for; needed for unbounded samples (gauss, a file's)");
+  command->add_option("--threshold", options.threshold,
+                      "The point set of a void-and-cluster mask at that density, above 0 and up to 1: black and white "
+                      "images,\nand the coordinates in their order (points.csv; npy: points.npy too)");
+  command->add_flag("--pdf", options.with_density, "Density, over its maximum, in the alpha channel");
+  command->add_flag("--overwrite", options.overwrite, "Replace files that exist");
+  command->footer(
+      "Values are stored as b = floor(256 u) (16 bit: 65536) and read back as u = (b + 0.5) / 256; u is the value, "
+      "for\n"
+      "directions and disks 0.5 + 0.5 of it. Two channels become red and green. exr, tiff 32f, npy and raw 32f hold "
+      "the\n"
+      "values themselves.\n\n"
+      "  noiseloom export run.h5 -o textures/                              one PNG a slice\n"
+      "  noiseloom export run.h5 -o textures/ --naming nvidia              stbn_vec2_2Dx1D_128x128x64_0.png, ...\n"
+      "  noiseloom export run.h5 -o noise.png --layout strip --depth 16    all slices, one under the other\n"
+      "  noiseloom export run.h5 -o noise.exr --layout exr-multipart       floats, one part a slice\n"
+      "  noiseloom export mask.h5 -o points/ --threshold 0.1               the earliest tenth of the pixels, as "
+      "points\n");
+  command->callback([arguments] { run_export(arguments->file, arguments->options); });
+}
+
+}  // namespace noiseloom
