@@ -8,6 +8,7 @@
 #include <exception>
 
 #include "noiseloom/core/error.h"
+#include "noiseloom/core/standard_streams.h"
 
 namespace noiseloom {
 namespace {
@@ -25,10 +26,13 @@ int run(int argc, char** argv) {
   int status = exit_done;
   add_accuracy(app, status);
   try {
-    app.parse(argc, argv);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      if (app.exit(error) != 0) return exit_user;  // 0: the help was asked for, and is printed
+    }
+    flush_standard_output();
     return status;
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? exit_done : exit_user;
   } catch (const UserError& error) {
     const std::size_t count = error.faults().size();
     fmt::print(stderr, "{}\n{} error{}; nothing was done\n", error.what(), count, count == 1 ? "" : "s");
@@ -44,5 +48,6 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a full quota is then an error that is told
+  noiseloom::reserve_standard_streams();
   return noiseloom::run(argc, argv);
 }

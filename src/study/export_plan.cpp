@@ -7,6 +7,7 @@
 #include "noiseloom/core/decimal.h"
 #include "noiseloom/problem/sample_space.h"
 #include "noiseloom/study/export.h"
+#include "noiseloom/study/naming.h"
 #include "noiseloom/study/pixel_order.h"
 #include "noiseloom/study/sequence.h"
 
@@ -106,9 +107,10 @@ class Planner {
       }
     }
     if (container_ != nullptr && container_->content == ContainerContent::ranks && !points_wanted())
-      fault(fmt::format("{} holds the coordinates of a point set: give its density with --threshold; accepted for the "
-                        "values of a texture: {}",
-                        container_->name, names_of([](const Container&) { return true; })));
+      fault(
+          fmt::format("{} holds the coordinates of a point set: give its density with --threshold; accepted for the "
+                      "values of a texture: {}",
+                      container_->name, names_of([](const Container&) { return true; })));
   }
 
   void choose_type() {
@@ -245,9 +247,8 @@ class Planner {
           fmt::format("samples \"{}\" have no fixed range, and {} needs one: give --range LO:HI (values beyond are "
                       "clamped), or --depth 32f with {}",
                       sample_space_name(problem_.samples),
-                      container_->numbers == StoredNumbers::unit
-                          ? container_->name
-                          : fmt::format("a depth of {}", to_string(main_.type)),
+                      container_->numbers == StoredNumbers::unit ? container_->name
+                                                                 : fmt::format("a depth of {}", to_string(main_.type)),
                       floats));
     }
   }

@@ -50,8 +50,8 @@ struct ImageWriter::Impl {
   std::string path;
   ImageJob job;
   std::unique_ptr<OIIO::ImageOutput> output;
-  std::vector<OIIO::ImageSpec> parts;   // Stacking::parts
-  std::vector<std::uint64_t> written;   // digest of each block
+  std::vector<OIIO::ImageSpec> parts;  // Stacking::parts
+  std::vector<std::uint64_t> written;  // digest of each block
 
   void require(bool done) const {
     if (!done) write_failed(path, words_of(output->geterror()));
@@ -79,8 +79,7 @@ void ImageWriter::Impl::write(int block, std::span<const std::byte> bytes) {
     require(output->write_scanlines(block * rows, (block + 1) * rows, 0, type, bytes.data()));
     return;
   }
-  if (block > 0)
-    require(output->open(path, parts[static_cast<std::size_t>(block)], OIIO::ImageOutput::AppendSubimage));
+  if (block > 0) require(output->open(path, parts[static_cast<std::size_t>(block)], OIIO::ImageOutput::AppendSubimage));
   require(output->write_image(type, bytes.data()));
 }
 
@@ -118,7 +117,11 @@ void ImageWriter::write_block(std::span<const std::byte> bytes) {
 void ImageWriter::close() {
   NOISELOOM_CHECK_EQ(impl_->written.size(), static_cast<std::size_t>(impl_->job.num_blocks));
   impl_->require(impl_->output->close());
-  impl_->compare_with_file();
+  try {
+    impl_->compare_with_file();
+  } catch (const UserError& error) {  // to the reader it is a file of the user's
+    throw EnvironmentError(error.what());
+  }
 }
 
 void write_image(const std::string& path, const ImageJob& job, const BlockBytes& blocks) {

@@ -156,8 +156,37 @@ TEST(ExportPoints, RefusesFilesWithoutASequenceOrWithHalfOfOne) {
   std::vector<std::uint64_t> ranks = test_ranks();
   *std::find(ranks.begin(), ranks.end(), 13U) = 14;
   write_mask_file(folder / "twice.h5", extents, ranks);
-  EXPECT_THAT(error("twice.h5"), HasSubstr("none has rank 13"));
+  EXPECT_THAT(error("twice.h5"), HasSubstr("two pixels have rank 14"));
+  // The pixel that has rank 46 a second time is no point: the point of rank 13 is what is missing.
+  *std::find(ranks.begin(), ranks.end(), 14U) = 46;
+  write_mask_file(folder / "none.h5", extents, ranks);
+  EXPECT_THAT(error("none.h5"), HasSubstr("none has rank "));
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST(ExportPoints, OfSeveralDensitiesFitIntoOneFolder) {
+  const TemporaryFolder folder;
+  write_mask_file(folder / "mask.h5", extents, test_ranks());
+  for (const char* const format : {"png", "npy", "raw"})
+    for (const char* const threshold : {"0.02", "0.1", "0.25", "0.5", "1"}) {
+      ExportOptions options = points_options(folder / format + "/", threshold);
+      options.format = format;
+      EXPECT_EQ(user_error_of([&] { export_run_file(folder / "mask.h5", options, posix_file_ops()); }), "");
+    }
+}
+
+TEST(ExportPoints, AreWrittenAsATableAlone) {
+  const TemporaryFolder folder;
+  write_mask_file(folder / "mask.h5", extents, test_ranks());
+  const ExportResult result =
+      export_run_file(folder / "mask.h5", points_options(folder / "a.CSV", "0.1"), posix_file_ops());
+  EXPECT_THAT(result.files, testing::IsEmpty());
+  EXPECT_THAT(result.tables, ElementsAre(folder / "a.CSV"));
+  EXPECT_EQ(read_bytes(folder / "a.CSV"), expected_csv(46));
+  EXPECT_EQ(result.points, "46 points: the earliest of 462 pixels");
+  EXPECT_THAT(user_error_of(
+                  [&] { export_run_file(folder / "mask.h5", points_options(folder / "b.csv", ""), posix_file_ops()); }),
+              AllOf(HasSubstr("give its density with --threshold"), HasSubstr("accepted for the values")));
 }
 
 TEST(ExportPoints, TellsAllFaultsAtOnceAndTouchesNothing) {
