@@ -1,0 +1,35 @@
+// The sequence in which the pixels of a mask are turned on: /order of a run file, and the point sets that it holds.
+//
+// The first k pixels of the sequence are the mask at density k / N, for every k: a progressive point set.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "noiseloom/files/run_file.h"
+
+namespace noiseloom {
+
+// Why a run file with that content has no sequence; "" where it has one.
+std::string why_no_order(const RunFileContent& content);
+
+// /order of an open run file. `path` is for messages; the reader must outlive it.
+class PixelOrder {
+ public:
+  // Throws UserError where the file holds no /order, or where pixels have no rank yet (all of it is read).
+  PixelOrder(const RunFileReader& reader, const std::string& path);
+
+  std::int64_t num_pixels() const { return reader_.content().extents.num_cells(); }
+  // The rank of every cell of the slice, below num_pixels(); uint32 or uint64 in the file.
+  void read_slice(SliceIndex slice, std::span<std::uint64_t> ranks) const;
+
+ private:
+  void require_all_ranked() const;
+
+  const RunFileReader& reader_;
+  std::string path_;
+  int dataset_;
+};
+
+}  // namespace noiseloom
