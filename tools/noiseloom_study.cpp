@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <ctime>
 #include <exception>
 
 #include "noiseloom/core/error.h"
@@ -17,7 +19,19 @@ constexpr int exit_done = 0;
 constexpr int exit_environment = 1;
 constexpr int exit_user = 2;
 
+std::vector<std::string> words_given;  // of the command line, behind the program's name
+
+// As a shell takes the word.
+std::string quoted(const std::string& word) {
+  constexpr const char* plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,:/@%";
+  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? "'\\''" : std::string(1, c);
+  return text + "'";
+}
+
 int run(int argc, char** argv) {
+  words_given.assign(argv + std::min(argc, 1), argv + argc);
   CLI::App app("Look at sampling-noise textures, score them, and turn run files into images", "noiseloom");
   app.require_subcommand(1);
   add_export(app);
@@ -44,6 +58,18 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
+
+ReportOrigin report_origin() {
+  ReportOrigin origin{NOISELOOM_VERSION, "", "noiseloom"};
+  for (const std::string& word : words_given) origin.command += " " + quoted(word);
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  char date[32];
+  if (::gmtime_r(&now, &utc) != nullptr && std::strftime(date, sizeof date, "%Y-%m-%d %H:%M UTC", &utc) > 0)
+    origin.date = date;
+  return origin;
+}
+
 }  // namespace noiseloom
 
 int main(int argc, char** argv) {

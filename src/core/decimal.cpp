@@ -70,8 +70,9 @@ std::string DecimalFraction::text() const {
   std::string digits = std::to_string(numerator);
   if (decimals == 0) return digits;
   const auto places = static_cast<std::size_t>(decimals);
-  if (digits.size() <= places) digits.insert(0, places + 1 - digits.size(), '0');
-  return digits.insert(digits.size() - places, ".");
+  if (digits.size() <= places) digits = std::string(places + 1 - digits.size(), '0') + digits;
+  const std::size_t point = digits.size() - places;
+  return digits.substr(0, point) + "." + digits.substr(point);
 }
 
 DecimalFraction parse_fraction(const std::string& what, const std::string& text) {

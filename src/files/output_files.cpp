@@ -79,6 +79,7 @@ std::vector<std::string> OutputFiles::targets() const {
 
 std::string OutputFiles::add(const std::string& target) {
   const fs::path path(target);
+  NOISELOOM_CHECK(std::none_of(files_.begin(), files_.end(), [&](const auto& file) { return file.second == target; }));
   check({target});
   create_folders(parent_directory(target), new_folders_);
   const fs::path temporary = fs::path(parent_directory(target)) / fmt::format(".{}.partial-{}{}", path.stem().string(),

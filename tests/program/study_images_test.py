@@ -248,6 +248,16 @@ class AnalyzeTest(support.ProgramTest):
         self.assertLessEqual({"report.html", "preview.png", "spectrum_xy.png", "spectrum_xt.png", "spectrum_xy.csv"}, names)
         self.assertIn("exists", self.run_program("analyze", "c.h5", "-o", "report", expect=2).stderr)
         self.run_program("analyze", "c.h5", "-o", "report", "--overwrite")
+        page = (self.folder / "report/report.html").read_text()
+        self.assertRegex(page, r"noiseloom [0-9]+\.[0-9]+\.[0-9]+, [0-9]{4}-[0-9]{2}-[0-9]{2}")
+        self.assertIn("noiseloom analyze c.h5 -o report --overwrite", page)
+
+    def test_a_group_over_x_and_a_slice_axis_is_shown(self):
+        text = (CONFIG % "uniform").replace('"xy", kernel', '"xt", kernel').replace('{ axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.1 }', '{ axes = "y", kernel = "box", size = 3 }')
+        self.run_program("generate", self.write("xt.toml", text), "-o", "xt.h5")
+        self.run_program("analyze", "xt.h5", "-o", "report")
+        self.assertLessEqual({"spectrum_xt.png", "spectrum_xt.csv", "spectrum_t.csv"},
+                             {path.name for path in (self.folder / "report").iterdir()})
 
 
 if __name__ == "__main__":
