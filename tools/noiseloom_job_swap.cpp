@@ -35,7 +35,7 @@ class SwapJob : public Job {
   }
 
   std::string title() const override {
-    return fmt::format("{} of {}, {}", config_.problem.extents.to_string(), sample_space_name(config_.problem.samples),
+    return fmt::format("{} of {}, {}", config_.problem.extents.to_string(), config_.problem.samples.space,
                        config_.optimizer.method == Method::fast ? "fast" : "anneal");
   }
   bool is_coupled() const override { return engine_->couples_slices(); }

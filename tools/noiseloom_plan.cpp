@@ -120,8 +120,7 @@ void Plan::print_effects() const {
   const ProblemSpec& problem = config_.problem;
   fmt::print("texture    {} ({} samples, {} channel{})\n", extents_.to_string(), extents_.num_cells(),
              source_.channels(), source_.channels() == 1 ? "" : "s");
-  fmt::print("samples    {}, each of {} slices stratified on its own\n", sample_space_name(problem.samples),
-             extents_.num_slices());
+  fmt::print("samples    {}, each of {} slices stratified on its own\n", problem.samples.space, extents_.num_slices());
   fmt::print("footprint  {} taps, reach", footprint_.num_taps());
   for (int axis = 0; axis < extents_.num_axes(); ++axis)
     fmt::print(" {} {}", extents_.name(axis), footprint_.reach(axis));

@@ -28,8 +28,7 @@ std::string score_json(const std::string& name, const TextureFile& file, const T
   std::string text = fmt::format("{{\"relative_error\": {}, \"white_noise\": 1, \"exact\": {}, \"file\": {}, ",
                                  json_number(score.relative_error), score.exact ? "true" : "false", json_string(name));
   text += fmt::format("\"size\": {}, \"samples\": {}, \"filter\": {}, \"filters\": {{",
-                      json_string(file.texture.extents.to_string()),
-                      json_string(sample_space_name(file.config->problem.samples)),
+                      json_string(file.texture.extents.to_string()), json_string(file.config->problem.samples.space),
                       json_string(describe_filter(file.texture.extents, file.config->problem.filter)));
   for (std::size_t i = 0; i < score.others.size(); ++i)
     text += fmt::format("{}{}: {}", i == 0 ? "" : ", ", json_string(score.others[i].filter),
@@ -47,9 +46,9 @@ std::string score_json(const std::string& name, const TextureFile& file, const T
 std::string score_text(const std::string& name, const TextureFile& file, const TextureScore& score,
                        const SpectralQuality& quality, bool slices) {
   const Extents& extents = file.texture.extents;
-  std::string text = fmt::format("{}: {}, {}, {} channel{}, samples {}\n", name, file.source, extents.to_string(),
-                                 file.texture.channels, file.texture.channels == 1 ? "" : "s",
-                                 sample_space_name(file.config->problem.samples));
+  std::string text =
+      fmt::format("{}: {}, {}, {} channel{}, samples {}\n", name, file.source, extents.to_string(),
+                  file.texture.channels, file.texture.channels == 1 ? "" : "s", file.config->problem.samples.space);
   for (const std::string& note : file.notes) text += "note: " + note + "\n";
   text += fmt::format("\nR = {:.4f}   after {}   (white noise: 1{})\n\n", score.relative_error,
                       describe_filter(extents, file.config->problem.filter),

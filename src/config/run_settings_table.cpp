@@ -1,26 +1,11 @@
 // The table of all settings of a run.
+#include <vector>
+
 #include "config/run_settings.h"
+#include "noiseloom/samples/space.h"
 
 namespace noiseloom::settings {
 namespace {
-
-constexpr Word sample_table[] = {
-    {"uniform", "one value in [0, 1)", "scalar real white vector1 vec1"},
-    {"tent", "one value, triangular density", "triangle triangular"},
-    {"gauss", "one value, normal density", "gaussian normal"},
-    {"circle", "one value in [0, 1) that wraps around", "angle ring toroidal"},
-    {"vector2", "a point of the unit square", "vec2 uniform2 square vector"},
-    {"vector3", "a point of the unit cube", "vec3 uniform3 cube"},
-    {"vector4", "four values in [0, 1)", "vec4 uniform4"},
-    {"vector5", "five values in [0, 1)", "vec5"},
-    {"vector6", "six values in [0, 1)", "vec6"},
-    {"vector7", "seven values in [0, 1)", "vec7"},
-    {"vector8", "eight values in [0, 1)", "vec8"},
-    {"sphere", "a unit vector, any direction", "direction unit-vector unitvec"},
-    {"hemisphere", "a unit vector with z >= 0, uniform", "hemisphere-uniform"},
-    {"hemisphere-cosine", "a unit vector with z >= 0, density cos / pi", "cosine cosine-hemisphere lambert"},
-    {"disk", "a point of the unit disk", "disc lens"},
-};
 
 constexpr Word distance_table[] = {
     {"absolute", "|a - b| (one channel)", "abs scalar"},
@@ -100,7 +85,7 @@ std::span<const Setting> all() {
        .sentence =
            "The values that every slice holds, one from each of as many equal strata as it has pixels; or { file, "
            "distance } for your own.",
-       .words = sample_table,
+       .words = sample_words(),
        .custom = &samples_type},
       {.key = "texture.samples.file",
        .type = Type::file,
@@ -345,7 +330,17 @@ const FileKind& run_config_kind() {
   return kind;
 }
 
-std::span<const Word> sample_words() { return sample_table; }
+std::span<const Word> sample_words() {
+  static const std::vector<Word> words = [] {
+    std::vector<Word> all_spaces;
+    for (const SampleSpace* space : sample_spaces()) {
+      const SpaceTraits& traits = space->traits();
+      all_spaces.push_back({traits.name, traits.meaning, traits.aliases});
+    }
+    return all_spaces;
+  }();
+  return words;
+}
 
 KernelSpec default_kernel(KernelKind kind) {
   KernelSpec kernel;

@@ -103,49 +103,13 @@ std::string size_text(const Writer& /*writer*/, const Setting& /*setting*/, cons
 
 // texture.samples
 
-struct SampleChoice {
-  std::string_view stem;  // the word begins with it; longer ones first
-  SampleKind kind;
-  int channels;
-};
-
-constexpr SampleChoice sample_kinds[] = {
-    {"uniform", SampleKind::uniform, 1},
-    {"tent", SampleKind::tent, 1},
-    {"gauss", SampleKind::gauss, 1},
-    {"circle", SampleKind::circle, 1},
-    {"vector", SampleKind::vector, 2},
-    {"sphere", SampleKind::sphere, 3},
-    {"hemisphere-cosine", SampleKind::hemisphere_cosine, 3},
-    {"hemisphere", SampleKind::hemisphere, 3},
-    {"disk", SampleKind::disk, 2},
-};
-
-SampleSpec samples_from_word(std::string_view word) {
-  const auto found = std::find_if(std::begin(sample_kinds), std::end(sample_kinds),
-                                  [&](const SampleChoice& choice) { return word.starts_with(choice.stem); });
-  NOISELOOM_CHECK(found != std::end(sample_kinds));
-  SampleSpec samples;
-  samples.kind = found->kind;
-  samples.channels = found->kind == SampleKind::vector ? word.back() - '0' : found->channels;
-  return samples;
-}
-
-std::string word_from_samples(const SampleSpec& samples) {
-  const auto found = std::find_if(std::begin(sample_kinds), std::end(sample_kinds),
-                                  [&](const SampleChoice& choice) { return choice.kind == samples.kind; });
-  NOISELOOM_CHECK(found != std::end(sample_kinds));
-  const std::string stem(found->stem);
-  return samples.kind == SampleKind::vector ? stem + std::to_string(samples.channels) : stem;
-}
-
 void read_samples(Reader& reader, const Found& found) {
   SampleSpec& samples = found.owners.get<RunConfig>().problem.samples;
   if (const Table* table = found.value.table()) {
     if (const Value* image = find(*table, "image")) {
       return reader.fault(*image, found.shown + ".image", "planned, but this version does not have it");
     }
-    samples.kind = SampleKind::file;
+    samples.space = "file";
     return reader.read_table(found.value, found.setting.key, found.shown, found.owners);
   }
   const std::string* text = found.value.text();
@@ -153,13 +117,14 @@ void read_samples(Reader& reader, const Found& found) {
   const auto words = found.setting.words;
   const auto word = std::find_if(words.begin(), words.end(), [&](const Word& w) { return w.word == *text; });
   if (word == words.end()) return reader.fault(found.value, found.shown, unknown_word(*text, found.setting));
-  samples = samples_from_word(word->word);
+  samples = {};
+  samples.space = *text;
 }
 
 std::string samples_text(const Writer& writer, const Setting& setting, const Owners& owners) {
   const SampleSpec& samples = owners.get<RunConfig>().problem.samples;
-  if (samples.kind == SampleKind::file) return writer.inline_table(setting.key, owners);
-  return toml_string(word_from_samples(samples));
+  if (samples.is_file()) return writer.inline_table(setting.key, owners);
+  return toml_string(samples.space);
 }
 
 // Axes of a group, and those that are bounded

@@ -37,22 +37,7 @@ std::vector<int> three_sources(int channels) {
 }  // namespace
 
 std::optional<ValueRange> natural_range(const SampleSpec& samples) {
-  switch (samples.kind) {
-    case SampleKind::uniform:
-    case SampleKind::tent:
-    case SampleKind::circle:
-    case SampleKind::vector:
-      return ValueRange{0, 1};
-    case SampleKind::sphere:
-    case SampleKind::hemisphere:
-    case SampleKind::hemisphere_cosine:
-    case SampleKind::disk:
-      return ValueRange{-1, 1};
-    case SampleKind::gauss:
-    case SampleKind::file:
-      return std::nullopt;
-  }
-  return std::nullopt;
+  return samples.is_file() ? std::nullopt : sample_space(samples).traits().range;
 }
 
 ValueRange parse_range(const std::string& text) {

@@ -226,7 +226,7 @@ ExportResult export_run_file(const std::string& path, const ExportOptions& optio
   job.source = path;
   job.extents = content.extents;
   job.range = plan.range;
-  job.samples = sample_space_name(config.problem.samples);
+  job.samples = config.problem.samples.space;
   job.config = content.config;
   job.unfinished = result.unfinished;
   job.num_points = plan.num_points;

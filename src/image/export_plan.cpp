@@ -212,7 +212,7 @@ class Planner {
                                          [](const SliceDataset& dataset) { return dataset.name == "/pdf"; });
     if (plan_.with_density && !has_density)
       fault(fmt::format("--pdf: the density of samples \"{}\" is constant; the run file holds none",
-                        sample_space_name(problem_.samples)));
+                        problem_.samples.space));
     std::string why;
     if (!holds_channels(*container_, channels(), plan_.with_density, why)) {
       const std::string others = names_of([&](const Container& other) {
@@ -246,7 +246,7 @@ class Planner {
       fault(
           fmt::format("samples \"{}\" have no fixed range, and {} needs one: give --range LO:HI (values beyond are "
                       "clamped), or --depth 32f with {}",
-                      sample_space_name(problem_.samples),
+                      problem_.samples.space,
                       container_->numbers == StoredNumbers::unit ? container_->name
                                                                  : fmt::format("a depth of {}", to_string(main_.type)),
                       floats));

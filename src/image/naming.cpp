@@ -6,59 +6,19 @@
 #include <regex>
 
 #include "noiseloom/image/sequence.h"
-#include "noiseloom/samples/sample_space.h"
+#include "noiseloom/samples/space.h"
 
 namespace noiseloom {
 namespace {
 
 std::string nvidia_type(const SampleSpec& samples, bool has_order) {
-  switch (samples.kind) {
-    case SampleKind::uniform:
-    case SampleKind::tent:
-    case SampleKind::gauss:
-      return has_order ? "scalar" : "vec1";
-    case SampleKind::vector:
-      return fmt::format("vec{}", samples.channels);
-    case SampleKind::sphere:
-      return "unitvec3";
-    case SampleKind::hemisphere:
-      return "unitvec3_hemisphere";
-    case SampleKind::hemisphere_cosine:
-      return "unitvec3_cosine";
-    case SampleKind::circle:
-      return "circle";
-    case SampleKind::disk:
-      return "disk";
-    case SampleKind::file:
-      return "file";
-  }
-  return "file";
+  if (samples.is_file()) return "file";
+  const std::string& name = sample_space(samples).traits().nvidia_name;
+  return has_order && name == "vec1" ? "scalar" : name;
 }
 
 std::string ea_space(const SampleSpec& samples) {
-  switch (samples.kind) {
-    case SampleKind::uniform:
-      return "real_uniform";
-    case SampleKind::tent:
-      return "real_tent";
-    case SampleKind::gauss:
-      return "real_gauss";
-    case SampleKind::circle:
-      return "circle_uniform";
-    case SampleKind::vector:
-      return fmt::format("vector{}_uniform", samples.channels);
-    case SampleKind::sphere:
-      return "sphere_uniform";
-    case SampleKind::hemisphere:
-      return "sphere_uniformhemisphere";
-    case SampleKind::hemisphere_cosine:
-      return "sphere_coshemi";
-    case SampleKind::disk:
-      return "disk_uniform";
-    case SampleKind::file:
-      return "file";
-  }
-  return "file";
+  return samples.is_file() ? "file" : sample_space(samples).traits().ea_name;
 }
 
 // "1.0", "1.3435" with another text for the point; always with one decimal at least, as in the published names.

@@ -87,14 +87,14 @@ void normalise_directions(Texture& texture, const std::string& name) {
 namespace loaders {
 
 int config_channels(const RunConfig& config) {
-  return config.problem.samples.kind == SampleKind::file ? 0 : num_channels(config.problem.samples);
+  return config.problem.samples.is_file() ? 0 : num_channels(config.problem.samples);
 }
 
 ValueRange stored_range(const std::optional<RunConfig>& config) {
   if (!config) return {};
   const SampleSpec& samples = config->problem.samples;
   if (const auto range = natural_range(samples)) return *range;
-  return samples.kind == SampleKind::file && samples.distance == DistanceKind::angle ? ValueRange{-1, 1} : ValueRange{};
+  return samples.is_file() && samples.distance == DistanceKind::angle ? ValueRange{-1, 1} : ValueRange{};
 }
 
 std::string expected_size(const RunConfig& config) {

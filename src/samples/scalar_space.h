@@ -6,8 +6,8 @@
 namespace noiseloom {
 
 struct ScalarMap {
-  // The value with `below` of the measure on its low side and `above` on its high side; both are given because 1 - below
-  // has lost its digits where it is small.
+  // The value with `below` of the measure on its low side and `above` on its high side; both are given because 1 -
+  // below has lost its digits where it is small.
   double (*quantile)(double below, double above);
   double (*cumulative)(double x);  // the measure below x
   double (*density)(double x);

@@ -8,12 +8,13 @@
 namespace noiseloom {
 namespace {
 
-constexpr ScalarMap normal{
-    .quantile = [](double below,
-                   double above) { return below <= above ? math::inverse_normal_cdf(below)
-                                                         : -math::inverse_normal_cdf(above); },
-    .cumulative = [](double x) { return 0.5 * (1 + math::erf(x * std::sqrt(0.5))); },
-    .density = [](double x) { return math::exp(-0.5 * x * x) / std::sqrt(math::two_pi); }};
+constexpr ScalarMap normal{.quantile =
+                               [](double below, double above) {
+                                 return below <= above ? math::inverse_normal_cdf(below)
+                                                       : -math::inverse_normal_cdf(above);
+                               },
+                           .cumulative = [](double x) { return 0.5 * (1 + math::erf(x * std::sqrt(0.5))); },
+                           .density = [](double x) { return math::exp(-0.5 * x * x) / std::sqrt(math::two_pi); }};
 
 }  // namespace
 

@@ -22,17 +22,12 @@ namespace {
 
 constexpr std::int64_t size = 128;
 
-struct Space {
-  SampleKind kind;
-  int channels;
-};
-
-const std::map<std::string, Space>& spaces() {
-  static const std::map<std::string, Space> table{{"scalar", {SampleKind::uniform, 1}},
-                                                  {"circle", {SampleKind::circle, 1}},
-                                                  {"vector2", {SampleKind::vector, 2}},
-                                                  {"vector4", {SampleKind::vector, 4}},
-                                                  {"sphere", {SampleKind::sphere, 3}}};
+const std::map<std::string, std::string>& spaces() {
+  static const std::map<std::string, std::string> table{{"scalar", "uniform"},
+                                                        {"circle", "circle"},
+                                                        {"vector2", "vector2"},
+                                                        {"vector4", "vector4"},
+                                                        {"sphere", "sphere"}};
   return table;
 }
 
@@ -61,12 +56,11 @@ void set_limits(benchmark::State& state, const Footprint& footprint, const Field
 }
 
 // One slice, or 16 with an EMA over them.
-void judge(benchmark::State& state, const Space& space, const KernelSpec& kernel, Precision precision,
+void judge(benchmark::State& state, const std::string& space, const KernelSpec& kernel, Precision precision,
            SliceIndex num_slices) {
   ProblemSpec problem;
   problem.extents = num_slices == 1 ? Extents({size, size}) : Extents({size, size, num_slices});
-  problem.samples.kind = space.kind;
-  problem.samples.channels = space.channels;
+  problem.samples.space = space;
   problem.filter.groups.push_back({{0, 1}, kernel, 0});
   if (num_slices > 1) {
     KernelSpec ema;

@@ -30,7 +30,7 @@ void expect_equal(const GroupSpec& a, const GroupSpec& b) {
 // Every field, bit for bit.
 void expect_equal(const RunConfig& a, const RunConfig& b) {
   EXPECT_EQ(a.problem.extents, b.problem.extents);
-  EXPECT_EQ(a.problem.samples.kind, b.problem.samples.kind);
+  EXPECT_EQ(a.problem.samples.space, b.problem.samples.space);
   EXPECT_EQ(a.problem.samples.channels, b.problem.samples.channels);
   EXPECT_EQ(a.problem.samples.file, b.problem.samples.file);
   EXPECT_EQ(a.problem.samples.distance, b.problem.samples.distance);
@@ -97,8 +97,7 @@ fraction = 0.5
 grow_fraction = false
 )");
   EXPECT_EQ(config.problem.extents, Extents({7, 5, 3, 2}, {"x", "y", "t", "z"}));
-  EXPECT_EQ(config.problem.samples.kind, SampleKind::vector);
-  EXPECT_EQ(config.problem.samples.channels, 3);
+  EXPECT_EQ(config.problem.samples.space, "vector3");
   EXPECT_EQ(config.problem.seed, 9223372036854775807U);
   EXPECT_EQ(config.problem.filter.combine, Combine::sum);
   ASSERT_EQ(config.problem.filter.groups.size(), 2U);
@@ -243,7 +242,7 @@ TEST(Config, OverridesReplaceAddAndAppend) {
   EXPECT_EQ(config.problem.seed, 5U);
   EXPECT_EQ(config.problem.extents, Extents({7, 5, 11, 2}));
   EXPECT_EQ(config.problem.samples.channels, 4);
-  ASSERT_EQ(config.problem.filter.groups.size(), 3U);
+  EXPECT_EQ(config.problem.samples.space, "vector4");
   EXPECT_EQ(config.problem.filter.groups[0].kernel.size, 5);
   EXPECT_EQ(config.problem.filter.groups[1].kernel.sigma, 0.5);
   EXPECT_EQ(config.problem.filter.groups[2].axes, std::vector<int>{3});
@@ -269,7 +268,7 @@ TEST(Config, FileNamesAreOpenedFromTheFolderOfTheConfigAndStoredAsWritten) {
   std::ofstream(folder / "run.toml") << text.text();
 
   const RunConfig config = load_config((folder / "run.toml").string(), {});
-  EXPECT_EQ(config.problem.samples.kind, SampleKind::file);
+  EXPECT_EQ(config.problem.samples.space, "file");
   EXPECT_EQ(config.problem.samples.distance, DistanceKind::angle);
   EXPECT_TRUE(std::filesystem::equivalent(config.problem.samples.file, folder / "mine.npy"));
   EXPECT_TRUE(std::filesystem::equivalent(config.problem.filter.groups[1].kernel.file, folder / "taps/t.npy"));

@@ -205,7 +205,7 @@ TEST(LoadTexture, TakesOnlyTheFilterOfAConfigForARunFile) {
   other.problem.filter.groups[0].kernel.size = 5;
   const TextureFile file = load_texture(folder / "run.h5", other);
   EXPECT_EQ(file.texture.values, texture.values);
-  EXPECT_EQ(file.config->problem.samples.kind, SampleKind::vector);
+  EXPECT_EQ(file.config->problem.samples.space, "vector2");
   EXPECT_EQ(file.config->problem.filter.groups[0].kernel.size, 5);
   EXPECT_EQ(file.history.size(), 3U);
   EXPECT_EQ(file.checksum.size(), 16U);

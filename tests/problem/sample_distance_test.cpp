@@ -27,7 +27,7 @@ TEST(Distance, EqualsItsFormulaInEverySpace) {
 
 TEST(Distance, EqualAndAntipodalSamplesOnTheSphereAreFiniteAndExact) {
   SampleSpec sphere;
-  sphere.kind = SampleKind::sphere;
+  sphere.space = "sphere";
   const std::vector<float> list = SampleSource(sphere, 10'007, 1, 1).list(0);
   for (std::size_t i = 0; i < list.size(); i += 3) {
     const std::array<float, 3> opposite = {-list[i], -list[i + 1], -list[i + 2]};

@@ -41,7 +41,7 @@ class SampleFileTest : public ::testing::Test {
   }
   SampleSource opened(std::int64_t cells, SliceIndex slices, DistanceKind distance) const {
     SampleSpec spec;
-    spec.kind = SampleKind::file;
+    spec.space = "file";
     spec.file = path_;
     spec.distance = distance;
     return SampleSource(spec, cells, slices, 1);

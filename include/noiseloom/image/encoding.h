@@ -11,16 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "noiseloom/problem/spec.h"
+#include "noiseloom/samples/space.h"
 
 namespace noiseloom {
-
-// The stored number u in [0, 1] stands for lo + (hi - lo) u. lo < hi.
-struct ValueRange {
-  double lo = 0;
-  double hi = 1;
-  friend bool operator==(const ValueRange&, const ValueRange&) = default;
-};
 
 // The range that the values of a sample space fill; none for spaces without bounds (gauss) or known ones (file).
 std::optional<ValueRange> natural_range(const SampleSpec& samples);

@@ -1,13 +1,14 @@
 // A sample space: the set that a sample lives in, with its distribution and its distance, as one object.
 //
 // The built-in spaces are the rows of one table (src/samples/spaces.cpp), and each stands in a file of its own
-// (src/samples/space_*.cpp). To add a space, write its file and its row: configs, help, names of published files, exports
-// and the score find it there.
+// (src/samples/space_*.cpp). To add a space, write its file and its row: configs, help, names of published files,
+// exports and the score find it there.
 //
 // Samples are stratified: the measure is cut into n equal parts, and each part gives one sample. Strata are numbered
-// along an order in which near numbers lie near each other in the space (for scalars: ascending values), as the optimiser
-// proposes partners by the distance of their numbers. A sample is float32; n may be any number >= 1. For n up to 2^24
-// (tent: 2^23) a sample lies in its own stratum as rounded to float; beyond, where a stratum may hold no float, beside it.
+// along an order in which near numbers lie near each other in the space (for scalars: ascending values), as the
+// optimiser proposes partners by the distance of their numbers. A sample is float32; n may be any number >= 1. For n up
+// to 2^24 (tent: 2^23) a sample lies in its own stratum as rounded to float; beyond, where a stratum may hold no float,
+// beside it.
 #pragma once
 
 #include <cstdint>
