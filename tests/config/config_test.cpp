@@ -241,7 +241,6 @@ TEST(Config, OverridesReplaceAddAndAppend) {
               "filter.groups[2]={ axes = \"z\", kernel = \"box\", size = 1 }", "optimizer.precision=double"});
   EXPECT_EQ(config.problem.seed, 5U);
   EXPECT_EQ(config.problem.extents, Extents({7, 5, 11, 2}));
-  EXPECT_EQ(config.problem.samples.channels, 4);
   EXPECT_EQ(config.problem.samples.space, "vector4");
   EXPECT_EQ(config.problem.filter.groups[0].kernel.size, 5);
   EXPECT_EQ(config.problem.filter.groups[1].kernel.sigma, 0.5);
