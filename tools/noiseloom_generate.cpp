@@ -10,6 +10,7 @@
 #include "noiseloom/config/config.h"
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/standard_streams.h"
+#include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/generate.h"
 #include "noiseloom/run/stop_signals.h"
 #include "noiseloom_commands.h"
@@ -144,6 +145,9 @@ int run_generate(int& argc, char**& argv) {
     if (communicator.is_root()) print_faults(error.what());
     return exit_user;
   } catch (const SharedEnvironmentError& error) {
+    if (communicator.is_root()) print_error(fmt::format("noiseloom generate: {}\n", error.what()));
+    return exit_environment;
+  } catch (const OutputLost& error) {
     if (communicator.is_root()) print_error(fmt::format("noiseloom generate: {}\n", error.what()));
     return exit_environment;
   } catch (const std::exception& error) {

@@ -151,7 +151,7 @@ int run_info(int argc, char** argv) {
   app.add_option("RUN", path, "run file")->required();
   app.add_flag("--json", json, "everything, the whole history too, as one JSON object");
   if (const auto status = read_options(app, argc - 1, argv + 1)) return *status;
-  if (!std::filesystem::exists(path) && std::filesystem::exists(previous_generation(path))) {
+  if (only_previous_generation(path)) {
     throw UserError(path,
                     fmt::format("is missing, but {0}, the generation before it, is there (noiseloom info {0}); go "
                                 "on from it with generate --resume",

@@ -13,6 +13,7 @@
 #include "noiseloom/config/config.h"
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/core/quantity_text.h"
+#include "noiseloom/files/output_probe.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom/run/job.h"
 #include "noiseloom/run/stop_signals.h"
@@ -41,6 +42,7 @@ class Generation {
   void load();
   void claim_output();
   void read_provenance();
+  void probe() const;
   void take_up();
   void begin();
   void greet() const;
@@ -143,8 +145,8 @@ void Generation::begin() {
     const double before_s = surroundings_.part_s();
     if (!job_->start_words().empty()) progress_.say("start: " + job_->start_words());
     naming_shortage("starting", [&] { job_->start(run_s()); });
-    progress_.say(fmt::format("started in {} at {}", duration_text(surroundings_.part_s() - before_s),
-                              job_->position()));
+    progress_.say(
+        fmt::format("started in {} at {}", duration_text(surroundings_.part_s() - before_s), job_->position()));
     return;
   }
   naming_shortage("restoring the saved run", [&] { job_->restore(saved_.reader.get()); });
@@ -183,7 +185,28 @@ std::map<std::string, Attribute> Generation::provenance() const {
           {"seconds_total", run_s()}};
 }
 
-std::string Generation::save() { return job_->save({request_.output, inputs_, provenance()}); }
+// Throws OutputLost on every rank, which no further try would mend; SharedEnvironmentError for all that one may.
+std::string Generation::save() {
+  std::string lost;
+  communicator_.on_root([&] {
+    try {
+      confirm_output(request_.output);
+    } catch (const OutputLost& error) {
+      lost = error.what();
+    }
+  });
+  communicator_.broadcast(lost);
+  if (!lost.empty()) throw OutputLost(lost);
+  return job_->save({request_.output, inputs_, provenance()});
+}
+
+// Before hours are spent: whether a save will find its place.
+void Generation::probe() const {
+  communicator_.on_root([&] {
+    const std::uint64_t bytes = run_file_bytes(config_.problem.extents, job_->datasets(), to_toml(config_).size());
+    for (const std::string& warning : probe_output(request_.output, bytes)) progress_.warn(warning);
+  });
+}
 
 // Of a run that is over, the newest generation is all there is to keep. That the other cannot be removed harms nothing.
 void Generation::remove_previous_generation() const {
@@ -204,18 +227,17 @@ bool Generation::asked_to_stop() const {
 GenerateResult Generation::stopped_before_start() const {
   const int number = surroundings_.stop_signal();
   GenerateResult result;
-  result.conclusion =
-      fmt::format("stopped by {} before anything was computed; {}; run the same command again{}",
-                  number != 0 ? signal_name(number) : "a signal to another rank",
-                  resumed_ ? request_.output + " is as it was" : "there is nothing to save yet",
-                  request_.overwrite || request_.resume ? "" : " (--resume will do, too)");
+  result.conclusion = fmt::format("stopped by {} before anything was computed; {}; run the same command again{}",
+                                  number != 0 ? signal_name(number) : "a signal to another rank",
+                                  resumed_ ? request_.output + " is as it was" : "there is nothing to save yet",
+                                  request_.overwrite || request_.resume ? "" : " (--resume will do, too)");
   return result;
 }
 
 GenerateResult Generation::stopped(const LoopResult& end) const {
   GenerateResult result;
-  result.conclusion = fmt::format("stopped by {} at {}; everything is saved in {}; go on with --resume",
-                                  end.stopped_by, job_->position(), request_.output);
+  result.conclusion = fmt::format("stopped by {} at {}; everything is saved in {}; go on with --resume", end.stopped_by,
+                                  job_->position(), request_.output);
   return result;
 }
 
@@ -233,7 +255,9 @@ GenerateResult Generation::run() {
   if (asked_to_stop()) return stopped_before_start();
   take_up();
   if (asked_to_stop()) return stopped_before_start();
+  if (!resumed_) probe();
   begin();
+  if (resumed_ && !job_->finished()) probe();
   std::string checksum = stored_checksum_;
   if (!job_->finished()) {
     const std::function<std::string()> save_now = [this] { return save(); };

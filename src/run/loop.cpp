@@ -81,10 +81,10 @@ void RunLoop::checkpoint() {
     save_();
   } catch (const SharedEnvironmentError& error) {
     const double wait_s = std::min(retry_s_, settings_.checkpoint_every_s);
-    progress_.warn(fmt::format("not saved at {}: {}; {}; going on, and trying again in {}", position, error.what(),
-                               saved_position_.empty() ? "nothing of this part is saved yet"
-                                                       : "still saved: " + saved_position_,
-                               duration_text(wait_s)));
+    progress_.warn(
+        fmt::format("not saved at {}: {}; {}; going on, and trying again in {}", position, error.what(),
+                    saved_position_.empty() ? "nothing of this part is saved yet" : "still saved: " + saved_position_,
+                    duration_text(wait_s)));
     next_save_s_ = surroundings_.part_s() + wait_s;
     retry_s_ *= 2;
     return;

@@ -31,26 +31,6 @@ bool locked_just_now(const std::string& path) {
   return !error && fs::file_time_type::clock::now() - when < just_now;
 }
 
-NewestGeneration open_newest_generation(const std::string& path) {
-  const std::string previous = previous_generation(path);
-  const bool has_previous = fs::exists(previous);
-  if (!fs::exists(path) && !has_previous) return {};
-  std::string trouble = fmt::format("{}: missing (interrupted while it was being replaced)", path);
-  if (fs::exists(path)) {
-    try {
-      return {std::make_unique<RunFileReader>(path), false, ""};
-    } catch (const DamagedRunFile& damage) {
-      if (!has_previous) throw;
-      trouble = damage.what();
-    }
-  }
-  try {
-    return {std::make_unique<RunFileReader>(previous), true, trouble};
-  } catch (const UserError& error) {
-    throw UserError("", trouble + "\n" + error.what());
-  }
-}
-
 constexpr const char* same_interface =
     "the launcher and the MPI library that noiseloom was built with must speak the same process interface (PMI or "
     "PMIx): use that library's own mpirun, or with Slurm srun --mpi=pmix";
@@ -73,18 +53,14 @@ void refuse_unfit_output(const std::string& path) {
                                 "noiseloom export",
                                 path));
   }
-  if (!fs::exists(path)) return;
-  if (!fs::is_regular_file(path)) throw UserError(path, "is not a file; choose another output");
-  if (fs::file_size(path) > 0 && !looks_like_run_file(path)) {
-    throw UserError(path, "is not a run file of noiseloom, and is not replaced; choose another output");
-  }
+  refuse_foreign_output(path);
 }
 
 void refuse_existing_output(const std::string& path) {
   if (fs::exists(path)) {
     throw UserError(path, "exists; go on from it with --resume, or replace it with --overwrite");
   }
-  if (fs::exists(previous_generation(path))) {
+  if (only_previous_generation(path)) {
     throw UserError(path, fmt::format("is missing, but {}, the generation before it, is there; go on from that with "
                                       "--resume, or start anew with --overwrite",
                                       previous_generation(path)));
@@ -94,7 +70,7 @@ void refuse_existing_output(const std::string& path) {
 std::unique_ptr<RunLock> lock_output(const std::string& path, int ranks, Progress& progress) {
   const bool just_locked = locked_just_now(path);
   try {
-    auto lock = std::make_unique<RunLock>(path);
+    auto lock = std::make_unique<RunLock>(path, [&progress](const std::string& line) { progress.warn(line); });
     if (!lock->enforced()) {
       progress.warn(fmt::format("{}: this file system has no locks; see that no second run writes here", path));
     }
@@ -116,8 +92,8 @@ NewestGeneration open_saved_run(const std::string& path, Progress& progress) {
   NewestGeneration newest = open_newest_generation(path);
   if (!newest.reader) progress.say(fmt::format("{}: nothing to resume yet; starting afresh", path));
   if (newest.is_previous) {
-    progress.warn(fmt::format("{}; going on from the generation before it, {}", newest.trouble,
-                              previous_generation(path)));
+    progress.warn(
+        fmt::format("{}; going on from the generation before it, {}", newest.trouble, previous_generation(path)));
   }
   return newest;
 }

@@ -4,7 +4,9 @@
 #include <memory>
 #include <string>
 
+#include "noiseloom/files/generations.h"
 #include "noiseloom/files/run_file.h"
+#include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/progress.h"
 
 namespace noiseloom {
@@ -18,12 +20,6 @@ void refuse_existing_output(const std::string& path);
 // Locks the output for this process. Where another process holds it, the error also says what it means if one launcher
 // started both; `ranks`: of this run.
 std::unique_ptr<RunLock> lock_output(const std::string& path, int ranks, Progress& progress);
-
-struct NewestGeneration {
-  std::unique_ptr<RunFileReader> reader;  // nullptr where there is none
-  bool is_previous = false;               // PATH.prev, as PATH is damaged or missing
-  std::string trouble;                    // why
-};
 
 // The newest good generation to go on from, if there is one; what happens otherwise, and which one it is, is said.
 NewestGeneration open_saved_run(const std::string& path, Progress& progress);

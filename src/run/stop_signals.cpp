@@ -9,12 +9,12 @@ namespace noiseloom {
 namespace {
 
 constexpr std::array<std::pair<int, const char*>, 7> stop_signals = {{{SIGTERM, "SIGTERM"},
-                                                                     {SIGINT, "SIGINT"},
-                                                                     {SIGUSR1, "SIGUSR1"},
-                                                                     {SIGUSR2, "SIGUSR2"},
-                                                                     {SIGHUP, "SIGHUP"},
-                                                                     {SIGXCPU, "SIGXCPU"},
-                                                                     {SIGPIPE, "SIGPIPE"}}};
+                                                                      {SIGINT, "SIGINT"},
+                                                                      {SIGUSR1, "SIGUSR1"},
+                                                                      {SIGUSR2, "SIGUSR2"},
+                                                                      {SIGHUP, "SIGHUP"},
+                                                                      {SIGXCPU, "SIGXCPU"},
+                                                                      {SIGPIPE, "SIGPIPE"}}};
 
 volatile sig_atomic_t noted = 0;
 extern "C" void note_signal(int number) { noted = number; }

@@ -1,5 +1,5 @@
-// One texture from its config to its run file, on any number of ranks and threads, stopped and resumed at will. What the
-// command `generate` does once its options are read; options, exit status and printing stay with the program.
+// One texture from its config to its run file, on any number of ranks and threads, stopped and resumed at will. What
+// the command `generate` does once its options are read; options, exit status and printing stay with the program.
 #pragma once
 
 #include <string>
@@ -28,8 +28,9 @@ struct GenerateResult {
   std::vector<std::pair<std::string, std::string>> summary;  // where it is finished: label and text. On rank 0
 };
 
-// `progress` is silent on all ranks but 0. Throws SharedUserError and SharedEnvironmentError on every rank;
-// anything else that is thrown is the trouble of one rank alone, and the caller must abort all. *Collective*
+// `progress` is silent on all ranks but 0. Throws SharedUserError, SharedEnvironmentError and OutputLost (another
+// run has taken the output) on every rank; anything else that is thrown is the trouble of one rank alone, and the
+// caller must abort all. *Collective*
 GenerateResult generate(const GenerateRequest& request, const Communicator& communicator, Progress& progress);
 
 }  // namespace noiseloom

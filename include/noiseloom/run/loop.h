@@ -1,8 +1,8 @@
 // The loop of a run: one step of its job after the other, with checkpoints at intervals, until the job is finished or
 // something asks for a stop: a signal, the time limit, or a log that nobody reads any more.
 //
-// All ranks decide the same at every safe point, from bits that are or-ed over them: any rank may have got a signal, but
-// only rank 0's clock and rank 0's log count.
+// All ranks decide the same at every safe point, from bits that are or-ed over them: any rank may have got a signal,
+// but only rank 0's clock and rank 0's log count.
 //
 // A checkpoint that fails does not end the run: it warns, keeps what was saved before, and tries again, soon at first.
 // Only the last save must succeed; it is tried several times, since a disk may be full for a moment only.
