@@ -7,7 +7,9 @@
 #include <optional>
 
 #include "noiseloom/config/stored_config.h"
+#include "noiseloom/core/console.h"
 #include "noiseloom/core/json.h"
+#include "noiseloom/files/generations.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom/run/order_checkpoint.h"
 #include "noiseloom_commands.h"
@@ -157,7 +159,8 @@ int run_info(int argc, char** argv) {
                                 "on from it with generate --resume",
                                 previous_generation(path)));
   }
-  const RunFileReader reader(path);
+  const RunFileReader reader(path, Changed::accepted);
+  if (!reader.change().empty()) print_error(fmt::format("WARNING: {}: {}\n", path, reader.change()));
   if (json) {
     print_json(reader.content());
   } else {

@@ -202,7 +202,7 @@ class Stop(ProgramTest):
         import resource
 
         def little_memory():
-            resource.setrlimit(resource.RLIMIT_AS, (600_000_000, 600_000_000))
+            resource.setrlimit(resource.RLIMIT_AS, (450_000_000, 450_000_000))
 
         done = subprocess.run(self.command("generate", self.config, "-o", "out.h5", "--threads", "1", "--set", "texture.size={x=4096,y=4096,t=5}"),
                               cwd=self.folder, capture_output=True, text=True, timeout=60, preexec_fn=little_memory)
