@@ -7,9 +7,9 @@
 #include <cstdlib>
 #include <optional>
 
-#include "noiseloom/config/config.h"
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/standard_streams.h"
+#include "noiseloom/core/text.h"
 #include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/generate.h"
 #include "noiseloom/run/stop_signals.h"
