@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "config/config_support.h"
+#include "support/source_folder.h"
 
 namespace noiseloom {
 namespace {
@@ -199,7 +200,7 @@ TEST(Config, RoundTripsExactlyForEverySampleSpaceKernelAndNumber) {
 
 TEST(Config, EveryConfigOfTheRepositoryRoundTrips) {
   int count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(NOISELOOM_SOURCE_DIR "/configs")) {
+  for (const auto& entry : std::filesystem::directory_iterator(testing_support::source_folder() + "/configs")) {
     if (entry.path().extension() != ".toml") continue;
     SCOPED_TRACE(entry.path());
     expect_round_trip(load_config(entry.path().string(), {}));

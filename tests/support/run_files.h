@@ -14,6 +14,7 @@
 #include "noiseloom/image/texture_file.h"
 #include "noiseloom/samples/sample_space.h"
 #include "support/sample_run_file.h"
+#include "support/source_folder.h"
 
 namespace noiseloom {
 
@@ -90,7 +91,7 @@ std::string user_error_of(Action action) {
 // The folder of published textures, "" where it is absent.
 inline std::string published_folder() {
   const char* const given = std::getenv("NOISELOOM_PUBLISHED");
-  const std::string folder = given != nullptr ? given : std::string(NOISELOOM_SOURCE_DIR) + "/../shared/published";
+  const std::string folder = given != nullptr ? given : testing_support::source_folder() + "/../shared/published";
   return std::filesystem::is_directory(folder) ? folder : "";
 }
 
