@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "noiseloom/core/error.h"
+
 namespace noiseloom {
 namespace {
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "image/image_library.h"
+#include "noiseloom/core/error.h"
 
 namespace noiseloom {
 
