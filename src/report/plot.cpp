@@ -343,7 +343,7 @@ std::string picture_with_axes(const std::string& image_source, int width, int he
   constexpr double above = 8;
   const double base = above + height;
   std::string svg = fmt::format(
-      "<svg xmlns='http://www.w3.org/2000/svg' class='nl-plot nl-picture' viewBox='0 0 {:.0f} {:.0f}' role='img'>\n"
+      "<svg xmlns='http://www.w3.org/2000/svg' class='nl-plot nl-picture' viewBox='0 0 {} {:.0f}' role='img'>\n"
       "<title>{}</title>\n{}<image href='{}' x='{}' y='{}' width='{}' height='{}'/>\n",
       picture_width_with_axes(width), base + bottom, xml_escaped(axes.title), plot_style, image_source, left, above,
       width, height);
