@@ -12,6 +12,9 @@
 #include <filesystem>
 #include <optional>
 
+#include "noiseloom/core/text.h"
+#include "noiseloom/files/generations.h"
+#include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_job.h"
