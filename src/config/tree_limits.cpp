@@ -18,7 +18,8 @@ struct Signature {
 };
 
 constexpr Signature signatures[] = {
-    {"\x89HDF\r\n\x1a\n"sv, "an HDF5 file, such as a run file"},
+    {"noiseloom run file"sv, "a run file"},
+    {"\x89HDF\r\n\x1a\n"sv, "an HDF5 file"},
     {"\x89PNG\r\n\x1a\n"sv, "an image (PNG)"},
     {"\x76\x2f\x31\x01"sv, "an image (OpenEXR)"},
     {"II*\0"sv, "an image (TIFF)"},

@@ -118,31 +118,31 @@ TEST_F(ConfigFile, ThatNeverEndsIsRefused) {
 TEST_F(ConfigFile, OfAnotherFormatIsNamed) {
   using namespace std::string_literals;
   const std::string rest = "\0\1\2 = [\xff"s + std::string(100, '\xfe');
-  const std::vector<std::pair<std::string, std::string>> formats = {
-      {"\x89HDF\r\n\x1a\n"s, "an HDF5 file, such as a run file"},
-      {"\x89PNG\r\n\x1a\n"s, "an image (PNG)"},
-      {"\x76\x2f\x31\x01"s, "an image (OpenEXR)"},
-      {"II*\0"s, "an image (TIFF)"},
-      {"MM\0*"s, "an image (TIFF)"},
-      {"#?RADIANCE\n"s, "an image (Radiance HDR)"},
-      {"\xff\xd8\xff"s, "an image (JPEG)"},
-      {"DDS |"s, "an image (DDS)"},
-      {"\xabKTX 20\xbb\r\n\x1a\n"s, "an image (KTX)"},
-      {"RIFF....WEBP"s, "an image (WebP)"},
-      {"P5\n64 64\n255\n"s, "an image (PGM)"},
-      {"\x93NUMPY"s, "an array (.npy)"},
-      {"PK\x03\x04"s, "a zip archive, such as .npz"},
-      {"\x7f"
-       "ELF"s,
-       "a program"},
-      {" {\n  \"x\": 1,"s, "JSON"},
-      {"<!doctype html>"s, "XML or HTML"}};
+  const std::vector<std::pair<std::string, std::string>> formats = {{"noiseloom run file\n"s, "a run file"},
+                                                                    {"\x89HDF\r\n\x1a\n"s, "an HDF5 file"},
+                                                                    {"\x89PNG\r\n\x1a\n"s, "an image (PNG)"},
+                                                                    {"\x76\x2f\x31\x01"s, "an image (OpenEXR)"},
+                                                                    {"II*\0"s, "an image (TIFF)"},
+                                                                    {"MM\0*"s, "an image (TIFF)"},
+                                                                    {"#?RADIANCE\n"s, "an image (Radiance HDR)"},
+                                                                    {"\xff\xd8\xff"s, "an image (JPEG)"},
+                                                                    {"DDS |"s, "an image (DDS)"},
+                                                                    {"\xabKTX 20\xbb\r\n\x1a\n"s, "an image (KTX)"},
+                                                                    {"RIFF....WEBP"s, "an image (WebP)"},
+                                                                    {"P5\n64 64\n255\n"s, "an image (PGM)"},
+                                                                    {"\x93NUMPY"s, "an array (.npy)"},
+                                                                    {"PK\x03\x04"s, "a zip archive, such as .npz"},
+                                                                    {"\x7f"
+                                                                     "ELF"s,
+                                                                     "a program"},
+                                                                    {" {\n  \"x\": 1,"s, "JSON"},
+                                                                    {"<!doctype html>"s, "XML or HTML"}};
   for (const auto& [beginning, name] : formats) {
     write(beginning + rest);
     EXPECT_THAT(fault(), StartsWith(path_ + ": is " + name + ", must be a config (TOML)")) << name;
   }
   write(formats[0].first + std::string(settings::max_text_bytes, 'x'));
-  EXPECT_THAT(fault(), AllOf(StartsWith(path_ + ": is an HDF5 file"), HasSubstr("noiseloom info --json")));
+  EXPECT_THAT(fault(), AllOf(StartsWith(path_ + ": is a run file"), HasSubstr("noiseloom info --json")));
 }
 
 TEST(ConfigText, IsNotMistakenForAnotherFormat) {
