@@ -184,6 +184,23 @@ TEST(ConfigText, SyntaxErrorsShowTheLine) {
   EXPECT_THAT(faults_of(std::string(50000, '=')), ElementsAre(Not(HasSubstr(std::string(200, '=')))));
 }
 
+// The TOML library takes some of these characters for impossible where it looks for blanks.
+TEST(ConfigText, CharactersBeyondAsciiBelongIntoQuotes) {
+  const std::string why = "not valid TOML: a character beyond ASCII that is not in quotes; the line is: ";
+  for (const char* text :
+       {"gr\u00f6\u00dfe = 1", "a = \u00e9", "a = [1,\u3001 2]", "[\ufb01]", "a = 1 \u00a1", "a = 1\u2009"}) {
+    EXPECT_THAT(faults_of("\n" + std::string(text) + "\n"), ElementsAre("run.toml:2: " + why + text)) << text;
+  }
+  for (const char* text : {"a = \"\"\"\\\n  \u00e9\"\"\"\n", "a = \"\"\"\\\u00e9\"\"\"\n"}) {
+    EXPECT_THAT(faults_of(text), ElementsAre(HasSubstr("a character beyond ASCII right after a backslash"))) << text;
+  }
+  for (const char* text : {"# \u00e9\n", "[\"\u00e9\"]\n", "['\u00e9']\n", "a = \"\"\"\u00e9\\\n  e\u00e9\"\"\"\n",
+                           "a = '''\\\n\u00e9'''\n"}) {
+    EXPECT_THAT(faults_of(text), Contains(HasSubstr("texture: missing"))) << text;
+  }
+  EXPECT_THAT(faults_of("# a\n# \xe9\n"), ElementsAre("run.toml:2: not valid TOML: not text in UTF-8"));
+}
+
 TEST(ConfigText, KeysBeyondAsciiAreNamed) {
   EXPECT_THAT(faults_of(ConfigText{}.text() + "\"gr\u00f6\u00dfe\" = 1\n"),
               ElementsAre(HasSubstr("optimizer.\"gr\u00f6\u00dfe\": unknown key")));
