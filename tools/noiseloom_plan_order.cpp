@@ -8,10 +8,10 @@
 #include <limits>
 
 #include "noiseloom/core/decimal.h"
+#include "noiseloom/core/quantity_text.h"
 #include "noiseloom/run/order_checkpoint.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_plan.h"
-#include "noiseloom_progress.h"
 
 namespace noiseloom {
 namespace {

@@ -27,10 +27,9 @@ struct CloseFile {
 }
 
 [[noreturn]] void refuse_format(const std::string& path, std::string_view format, std::string_view noun) {
-  const bool run_file = format.find("HDF5") != std::string_view::npos;
-  throw UserError(path,
-                  fmt::format("is {}, must be a {} (TOML){}", format, noun,
-                              run_file ? "; \"noiseloom info --json\" shows the config that a run file holds" : ""));
+  const std::string_view hint =
+      format == "a run file" ? "; \"noiseloom info --json\" shows the config that it was made with" : "";
+  throw UserError(path, fmt::format("is {}, must be a {} (TOML){}", format, noun, hint));
 }
 
 // At most one byte more than a text may have, so that an endless or huge file costs no memory.

@@ -187,7 +187,8 @@ void Reader::read_word(const Found& found, const Field& field) {
     *std::get<std::string*>(field) = *text;
     return;
   } else {
-    set_word(setting, *text, found.owners);
+    // A word that was looked up before is not set again: what depends on it may have been read since.
+    if (current_word(setting, found.owners) != *text) set_word(setting, *text, found.owners);
     return;
   }
   undecided_.push_back(setting.key);

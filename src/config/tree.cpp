@@ -76,7 +76,7 @@ std::string quoted_line_text(std::string_view text, int line) {
   while (text.starts_with(' ') || text.starts_with('\t')) text.remove_prefix(1);
   const bool shows = std::all_of(text.begin(), text.end(),
                                  [](char c) { return static_cast<unsigned char>(c) >= 0x20 ? c != 0x7f : c == '\t'; });
-  return text.empty() || !shows ? "" : "; the line is: " + shortened(text, 100);
+  return text.empty() || !shows || !is_utf8(text) ? "" : "; the line is: " + shortened(text, 100);
 }
 
 }  // namespace
@@ -84,22 +84,18 @@ std::string quoted_line_text(std::string_view text, int line) {
 Value parse_tree(const std::string& text, const std::string& name, QuotedLine quoted_line) {
   const auto fail = [&](int line, const std::string& why) {
     const Place place{.file = name, .line = line};
-    throw UserError(place.to_string(), "not valid TOML: " + why);
+    const bool quoted = quoted_line == QuotedLine::yes && why.starts_with("not valid TOML");
+    throw UserError(place.to_string(), why + (quoted ? quoted_line_text(text, line) : ""));
   };
   if (text.size() > max_text_bytes) throw UserError(name, fmt::format("longer than {} bytes", max_text_bytes));
-  if (const auto fault = nesting_fault(text)) {
-    throw UserError(Place{.file = name, .line = fault->line}.to_string(), fault->text);
-  }
+  if (foreign_format(text) == "text in UTF-16") fail(1, "not valid TOML: text in UTF-16, must be UTF-8");
+  if (const auto fault = early_fault(text)) fail(fault->line, fault->text);
   try {
     Value root = converted(toml::parse(text), name);
     root.place = {.file = name};
     return root;
   } catch (const toml::parse_error& error) {
-    const int line = static_cast<int>(error.source().begin.line);
-    const std::string why = shortened(error.description(), 500);
-    const bool is_text = why.find("utf-8") == std::string::npos;
-    if (!is_text && foreign_format(text) == "text in UTF-16") fail(line, "text in UTF-16, must be UTF-8");
-    fail(line, why + (quoted_line == QuotedLine::yes && is_text ? quoted_line_text(text, line) : ""));
+    fail(static_cast<int>(error.source().begin.line), "not valid TOML: " + shortened(error.description(), 500));
   }
   return {};  // never reached
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cstddef>
 
@@ -18,7 +19,8 @@ struct Signature {
 };
 
 constexpr Signature signatures[] = {
-    {"\x89HDF\r\n\x1a\n"sv, "an HDF5 file, such as a run file"},
+    {"noiseloom run file"sv, "a run file"},
+    {"\x89HDF\r\n\x1a\n"sv, "an HDF5 file"},
     {"\x89PNG\r\n\x1a\n"sv, "an image (PNG)"},
     {"\x76\x2f\x31\x01"sv, "an image (OpenEXR)"},
     {"II*\0"sv, "an image (TIFF)"},
@@ -47,14 +49,47 @@ constexpr Signature signatures[] = {
     {"\xfe\xff"sv, "text in UTF-16"},
 };
 
+bool is_ascii(char c) { return static_cast<unsigned char>(c) < 0x80; }
+bool continues(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
+
+// Bytes of the character that begins the text; 0 if it is none of UTF-8. Surrogates and overlong forms are not sorted
+// out: the TOML library refuses them.
+std::size_t character_bytes(std::string_view text) {
+  const auto first = static_cast<unsigned char>(text.front());
+  const std::size_t length = first < 0x80   ? 1
+                             : first < 0xC2 ? 0
+                             : first < 0xE0 ? 2
+                             : first < 0xF0 ? 3
+                             : first < 0xF5 ? 4
+                                            : 0;
+  if (length > text.size()) return 0;
+  for (std::size_t i = 1; i < length; ++i) {
+    if (!continues(text[i])) return 0;
+  }
+  return length;
+}
+
+// Where the text stops to be UTF-8; its size if it does not.
+std::size_t bad_byte(std::string_view text) {
+  std::size_t at = 0;
+  while (at < text.size()) {
+    const std::size_t bytes = character_bytes(text.substr(at));
+    if (bytes == 0) break;
+    at += bytes;
+  }
+  return at;
+}
+
 // Walks through a text, one token at a time.
 class Scan {
  public:
   explicit Scan(std::string_view text) : text_(text) {}
 
   std::optional<LineFault> run() {
+    if (text_.starts_with("\xef\xbb\xbf")) at_ = 3;
     while (at_ < text_.size()) {
       step();
+      if (fault_ != nullptr) return LineFault{line_, fmt::format("not valid TOML: {}", fault_)};
       if (dots_ >= max_key_parts) {
         return LineFault{line_, fmt::format("a key of more than {} parts; no setting has that many", max_key_parts)};
       }
@@ -70,6 +105,7 @@ class Scan {
     const char c = text_[at_];
     if (c == '"' || c == '\'') return skip_string(c);
     if (c == '#') return skip_to_newline();
+    if (!is_ascii(c)) fault_ = "a character beyond ASCII that is not in quotes";
     ++at_;
     if (c == '\n') ++line_;
     if (c == '[' || c == '{') ++depth_;
@@ -92,6 +128,7 @@ class Scan {
     const bool is_long = text_.substr(at_, 3) == three;
     at_ += is_long ? 3 : 1;
     while (at_ < text_.size()) {
+      if (is_long && quote == '"' && text_[at_] == '\\') check_line_end();
       if (is_long && text_.substr(at_, 3) == three) break;
       if (!is_long && (text_[at_] == quote || text_[at_] == '\n')) break;
       const bool escaped = quote == '"' && text_[at_] == '\\' && at_ + 1 < text_.size() && text_[at_ + 1] != '\n';
@@ -104,7 +141,16 @@ class Scan {
     while (is_long && at_ < text_.size() && text_[at_] == quote) ++at_;  // """" ends with a quote of its own
   }
 
+  // What follows the blanks behind a backslash.
+  void check_line_end() {
+    const std::size_t next = text_.find_first_not_of(" \t\r\n", at_ + 1);
+    if (next != std::string_view::npos && !is_ascii(text_[next])) {
+      fault_ = "a character beyond ASCII right after a backslash, or after one that ends a line";
+    }
+  }
+
   std::string_view text_;
+  const char* fault_ = nullptr;
   std::size_t at_ = 0;
   int line_ = 1;
   std::size_t depth_ = 0;
@@ -126,6 +172,14 @@ std::string_view foreign_format(std::string_view beginning) {
   return {};
 }
 
-std::optional<LineFault> nesting_fault(std::string_view text) { return Scan(text).run(); }
+bool is_utf8(std::string_view text) { return bad_byte(text) == text.size(); }
+
+std::optional<LineFault> early_fault(std::string_view text) {
+  if (const std::size_t bad = bad_byte(text); bad < text.size()) {
+    const auto lines_before = std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(bad), '\n');
+    return LineFault{static_cast<int>(lines_before) + 1, "not valid TOML: not text in UTF-8"};
+  }
+  return Scan(text).run();
+}
 
 }  // namespace noiseloom::settings

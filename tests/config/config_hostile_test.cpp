@@ -118,31 +118,31 @@ TEST_F(ConfigFile, ThatNeverEndsIsRefused) {
 TEST_F(ConfigFile, OfAnotherFormatIsNamed) {
   using namespace std::string_literals;
   const std::string rest = "\0\1\2 = [\xff"s + std::string(100, '\xfe');
-  const std::vector<std::pair<std::string, std::string>> formats = {
-      {"\x89HDF\r\n\x1a\n"s, "an HDF5 file, such as a run file"},
-      {"\x89PNG\r\n\x1a\n"s, "an image (PNG)"},
-      {"\x76\x2f\x31\x01"s, "an image (OpenEXR)"},
-      {"II*\0"s, "an image (TIFF)"},
-      {"MM\0*"s, "an image (TIFF)"},
-      {"#?RADIANCE\n"s, "an image (Radiance HDR)"},
-      {"\xff\xd8\xff"s, "an image (JPEG)"},
-      {"DDS |"s, "an image (DDS)"},
-      {"\xabKTX 20\xbb\r\n\x1a\n"s, "an image (KTX)"},
-      {"RIFF....WEBP"s, "an image (WebP)"},
-      {"P5\n64 64\n255\n"s, "an image (PGM)"},
-      {"\x93NUMPY"s, "an array (.npy)"},
-      {"PK\x03\x04"s, "a zip archive, such as .npz"},
-      {"\x7f"
-       "ELF"s,
-       "a program"},
-      {" {\n  \"x\": 1,"s, "JSON"},
-      {"<!doctype html>"s, "XML or HTML"}};
+  const std::vector<std::pair<std::string, std::string>> formats = {{"noiseloom run file\n"s, "a run file"},
+                                                                    {"\x89HDF\r\n\x1a\n"s, "an HDF5 file"},
+                                                                    {"\x89PNG\r\n\x1a\n"s, "an image (PNG)"},
+                                                                    {"\x76\x2f\x31\x01"s, "an image (OpenEXR)"},
+                                                                    {"II*\0"s, "an image (TIFF)"},
+                                                                    {"MM\0*"s, "an image (TIFF)"},
+                                                                    {"#?RADIANCE\n"s, "an image (Radiance HDR)"},
+                                                                    {"\xff\xd8\xff"s, "an image (JPEG)"},
+                                                                    {"DDS |"s, "an image (DDS)"},
+                                                                    {"\xabKTX 20\xbb\r\n\x1a\n"s, "an image (KTX)"},
+                                                                    {"RIFF....WEBP"s, "an image (WebP)"},
+                                                                    {"P5\n64 64\n255\n"s, "an image (PGM)"},
+                                                                    {"\x93NUMPY"s, "an array (.npy)"},
+                                                                    {"PK\x03\x04"s, "a zip archive, such as .npz"},
+                                                                    {"\x7f"
+                                                                     "ELF"s,
+                                                                     "a program"},
+                                                                    {" {\n  \"x\": 1,"s, "JSON"},
+                                                                    {"<!doctype html>"s, "XML or HTML"}};
   for (const auto& [beginning, name] : formats) {
     write(beginning + rest);
     EXPECT_THAT(fault(), StartsWith(path_ + ": is " + name + ", must be a config (TOML)")) << name;
   }
   write(formats[0].first + std::string(settings::max_text_bytes, 'x'));
-  EXPECT_THAT(fault(), AllOf(StartsWith(path_ + ": is an HDF5 file"), HasSubstr("noiseloom info --json")));
+  EXPECT_THAT(fault(), AllOf(StartsWith(path_ + ": is a run file"), HasSubstr("noiseloom info --json")));
 }
 
 TEST(ConfigText, IsNotMistakenForAnotherFormat) {
@@ -182,6 +182,23 @@ TEST(ConfigText, SyntaxErrorsShowTheLine) {
   EXPECT_THAT(faults_of("[filter]\nalpha = 0,1\n"), ElementsAre(EndsWith("the line is: alpha = 0,1")));
   EXPECT_THAT(faults_of("gr\u00f6\u00dfe = 1\n"), ElementsAre(EndsWith("the line is: gr\u00f6\u00dfe = 1")));
   EXPECT_THAT(faults_of(std::string(50000, '=')), ElementsAre(Not(HasSubstr(std::string(200, '=')))));
+}
+
+// The TOML library takes some of these characters for impossible where it looks for blanks.
+TEST(ConfigText, CharactersBeyondAsciiBelongIntoQuotes) {
+  const std::string why = "not valid TOML: a character beyond ASCII that is not in quotes; the line is: ";
+  for (const char* text :
+       {"gr\u00f6\u00dfe = 1", "a = \u00e9", "a = [1,\u3001 2]", "[\ufb01]", "a = 1 \u00a1", "a = 1\u2009"}) {
+    EXPECT_THAT(faults_of("\n" + std::string(text) + "\n"), ElementsAre("run.toml:2: " + why + text)) << text;
+  }
+  for (const char* text : {"a = \"\"\"\\\n  \u00e9\"\"\"\n", "a = \"\"\"\\\u00e9\"\"\"\n"}) {
+    EXPECT_THAT(faults_of(text), ElementsAre(HasSubstr("a character beyond ASCII right after a backslash"))) << text;
+  }
+  for (const char* text : {"# \u00e9\n", "[\"\u00e9\"]\n", "['\u00e9']\n", "a = \"\"\"\u00e9\\\n  e\u00e9\"\"\"\n",
+                           "a = '''\\\n\u00e9'''\n"}) {
+    EXPECT_THAT(faults_of(text), Contains(HasSubstr("texture: missing"))) << text;
+  }
+  EXPECT_THAT(faults_of("# a\n# \xe9\n"), ElementsAre("run.toml:2: not valid TOML: not text in UTF-8"));
 }
 
 TEST(ConfigText, KeysBeyondAsciiAreNamed) {

@@ -62,13 +62,72 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 }
 
 #ifndef NOISELOOM_LIBFUZZER
+namespace {
+
+// Together they have every type of setting, every way to write a table, and overrides.
+const std::string seeds[] = {
+    R"([texture]
+size = { x = 7, y = 5, t = 3 }
+samples = "uniform"
+seed = 1
+[filter]
+combine = "sum"
+groups = [ { axes = "xy", kernel = "gauss", sigma = 1.5, weight = 0.5 },
+           { axes = ["t"], kernel = "ema", alpha = 0.1, rejection = 1e-3, weight = 0.5 } ]
+[energy]
+value_kernel = "stbn"
+sigma_s = 2
+[optimizer]
+stop = { time = "1m10s" }
+temperature = { start = 1, end = 1e-3 }
+)",
+    R"([texture]
+size = { x = 4, y = 4, view = 2 }
+[[filter.groups]]
+axes = "xy"
+kernel = "gauss-energy"
+[optimizer]
+method = "void-and-cluster"
+bounded = ["view", "y"]
+bits = 8
+equalize = "slice"
+density = 0.25
+)",
+    std::string(R"(texture = { size.x = 2, size.y = 2, samples = { file = "a.npy", distance = "angle" } }
+filter.groups = [ { axes = "xy", kernel = "table", file = '/taps.npy' } ]
+optimizer = { method = "fast", grow_fraction = false, fraction = 0.5 }
+)") + "\x1etexture.seed=2\x1e" +
+        "filter.groups[0]={ axes='xy', kernel='binomial', n=2 }\x1eoptimizer.stop.score=0.1",
+    "\xef\xbb\xbf# all of TOML\r\n" + std::string(R"(a = """x
+\u00e9"""
+b = '''y'''
+c = [1, [2.5e3, { d.e = 1979-05-27T07:32:00Z }]]
+f = 0xff
+g = -inf
+"h\n" = true
+[i.j]
+[[k]]
+)")};
+
+void write_seeds(const std::string& folder) {
+  for (std::size_t i = 0; i < std::size(seeds); ++i) {
+    std::ofstream(folder + "/seed" + std::to_string(i), std::ios::binary) << seeds[i];
+  }
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
+  if (argc == 3 && std::string(argv[1]) == "--seeds") {
+    write_seeds(argv[2]);
+    return 0;
+  }
   for (int i = 1; i < argc; ++i) {
     std::ifstream in(argv[i], std::ios::binary);
     const std::string bytes{std::istreambuf_iterator<char>(in), {}};
     LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
   }
   std::printf("%d files tried\n", argc - 1);
-  return argc > 1 ? 0 : 1;
+  return 0;
 }
 #endif
