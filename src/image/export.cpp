@@ -205,7 +205,7 @@ std::string unfinished_run(const RunFileContent& content, const RunConfig& confi
 }
 
 ExportResult export_run_file(const std::string& path, const ExportOptions& options, FileOps& ops) {
-  const RunFileReader reader(path);
+  const RunFileReader reader(path, Changed::accepted);
   const RunFileContent& content = reader.content();
   if (options.threshold.empty() && reader.dataset("/samples") < 0) throw UserError(path, "holds no /samples");
   const RunConfig config =
@@ -221,6 +221,7 @@ ExportResult export_run_file(const std::string& path, const ExportOptions& optio
   files.check(targets);
 
   ExportResult result;
+  result.change = reader.change();
   result.unfinished = unfinished_run(content, config);
   ContainerJob job;
   job.source = path;

@@ -161,12 +161,15 @@ class Analysis {
         writer_.figure("preview.png", first,
                        fmt::format("{}irst slice, {}, every pixel {} x {}.",
                                    is_whole(most_pixels) ? "F" : "A corner of the f", colours, factor, factor)));
+    report_.sections.push_back(std::move(section));
     const SliceIndex count = std::min<SliceIndex>(slices_shown, extents_.num_slices());
-    for (SliceIndex s = 0; count > 1 && s < count; ++s)
-      section.figures.push_back(writer_.figure(
+    if (count == 1) return;
+    ReportSection slices{"Its first slices", "", {}};
+    for (SliceIndex s = 0; s < count; ++s)
+      slices.figures.push_back(writer_.figure(
           fmt::format("slice_{}.png", s), shown(slice_picture(texture_, range, s), shown_quarter, shown_quarter),
           fmt::format("{}lice {}.", is_whole(shown_quarter) ? "S" : "Corner of s", s)));
-    report_.sections.push_back(std::move(section));
+    report_.sections.push_back(std::move(slices));
   }
 
   void show_filtered_error() {

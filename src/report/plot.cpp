@@ -115,9 +115,11 @@ std::string axes_svg(const Plot& plot, const Scale& x, const Scale& y) {
     svg += fmt::format("<line class='nl-axis' x1='{0:.1f}' x2='{0:.1f}' y1='{1:.1f}' y2='{2:.1f}'/>", x(tick), y.from,
                        y.from + 5);
     const std::string text = tick_text(tick);
-    if (x(tick) - text_width(text) / 2 < end + letter) continue;
-    end = x(tick) + text_width(text) / 2;
-    svg += fmt::format("<text class='nl-tick' text-anchor='middle' x='{:.1f}' y='{:.1f}'>{}</text>\n", x(tick),
+    const double half = text_width(text) / 2;
+    const double middle = std::min(x(tick), plot.width - half);  // the last words would reach beyond the plot
+    if (middle - half < end + letter) continue;
+    end = middle + half;
+    svg += fmt::format("<text class='nl-tick' text-anchor='middle' x='{:.1f}' y='{:.1f}'>{}</text>\n", middle,
                        y.from + 18, text);
   }
   svg += fmt::format("<line class='nl-axis' x1='{:.1f}' x2='{:.1f}' y1='{:.1f}' y2='{:.1f}'/>\n", x.from, x.to, y.from,
@@ -343,7 +345,7 @@ std::string picture_with_axes(const std::string& image_source, int width, int he
   constexpr double above = 8;
   const double base = above + height;
   std::string svg = fmt::format(
-      "<svg xmlns='http://www.w3.org/2000/svg' class='nl-plot nl-picture' viewBox='0 0 {:.0f} {:.0f}' role='img'>\n"
+      "<svg xmlns='http://www.w3.org/2000/svg' class='nl-plot nl-picture' viewBox='0 0 {} {:.0f}' role='img'>\n"
       "<title>{}</title>\n{}<image href='{}' x='{}' y='{}' width='{}' height='{}'/>\n",
       picture_width_with_axes(width), base + bottom, xml_escaped(axes.title), plot_style, image_source, left, above,
       width, height);

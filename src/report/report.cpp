@@ -64,8 +64,9 @@ footer { margin-top: 18px; color: var(--soft); font-size: 13px; }
   body { font-size: 13px; } figcaption, footer, pre { font-size: 12px; }
   main { max-width: none; padding: 0; }
   section { border: 0; border-top: 1px solid var(--line); border-radius: 0; padding: 14px 0 0; }
-  h2, h2 + p { break-after: avoid; }
+  h2, h2 + p, tr:first-child { break-after: avoid; } tr:last-child { break-before: avoid; }
   figure, tr, .headline { break-inside: avoid; }
+  .figures { zoom: .8; } figure img { box-shadow: none; }
   figure, .wide-table, pre { overflow: visible; }
   figure.wide { flex-basis: 100%; } figure svg { min-width: 0; }
   pre { white-space: pre-wrap; }

@@ -49,7 +49,7 @@ class Generation {
   bool asked_to_stop() const;
   GenerateResult stopped_before_start() const;
   GenerateResult stopped(const LoopResult& end) const;
-  std::string save();
+  std::string save(SaveMoment moment);
   void remove_previous_generation() const;
   std::vector<std::pair<std::string, std::string>> summary(const std::string& checksum);
   std::map<std::string, Attribute> provenance() const;
@@ -186,7 +186,7 @@ std::map<std::string, Attribute> Generation::provenance() const {
 }
 
 // Throws OutputLost on every rank, which no further try would mend; SharedEnvironmentError for all that one may.
-std::string Generation::save() {
+std::string Generation::save(SaveMoment moment) {
   std::string lost;
   communicator_.on_root([&] {
     try {
@@ -197,7 +197,8 @@ std::string Generation::save() {
   });
   communicator_.broadcast(lost);
   if (!lost.empty()) throw OutputLost(lost);
-  return job_->save({request_.output, inputs_, provenance()});
+  const SaveTarget target{request_.output, inputs_, provenance()};
+  return moment == SaveMoment::stop ? job_->save_at_stop(target) : job_->save(target);
 }
 
 // Before hours are spent: whether a save will find its place.
@@ -259,8 +260,9 @@ GenerateResult Generation::run() {
   begin();
   if (resumed_ && !job_->finished()) probe();
   std::string checksum = stored_checksum_;
-  if (!job_->finished()) {
-    const std::function<std::string()> save_now = [this] { return save(); };
+  // A run may be over as it starts, where nothing can be swapped; only a resumed one is saved already.
+  if (!resumed_ || !job_->finished()) {
+    const SaveRun save_now = [this](SaveMoment moment) { return save(moment); };
     RunLoop loop(*job_, request_.loop, earlier_s_, surroundings_, save_now, communicator_, progress_);
     LoopResult end;
     naming_shortage("computing", [&] { end = loop.run(); });

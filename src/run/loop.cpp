@@ -33,7 +33,7 @@ Surroundings real_surroundings() {
 }
 
 RunLoop::RunLoop(Job& job, const LoopSettings& settings, double earlier_s, const Surroundings& surroundings,
-                 const std::function<std::string()>& save, const Communicator& communicator, Progress& progress)
+                 const SaveRun& save, const Communicator& communicator, Progress& progress)
     : job_(job),
       settings_(settings),
       earlier_s_(earlier_s),
@@ -65,20 +65,21 @@ std::string RunLoop::stop_cause(std::uint32_t bits) const {
 LoopResult RunLoop::run() {
   while (!job_.finished()) {
     const std::uint32_t bits = communicator_.any_bits(bits_due());
-    if ((bits & (signal_bit | limit_bit | reader_bit)) != 0) return {false, stop_cause(bits), save_at_last()};
+    if ((bits & (signal_bit | limit_bit | reader_bit)) != 0)
+      return {false, stop_cause(bits), save_at_last(SaveMoment::stop)};
     if ((bits & checkpoint_bit) != 0) checkpoint();
     job_.step(run_s());
     has_moved_ = true;
     progress_.update(job_.num_rows(), surroundings_.part_s(),
                      [&] { return job_.figures(run_s(), surroundings_.part_s()); });
   }
-  return {true, "", save_at_last()};
+  return {true, "", save_at_last(SaveMoment::end)};
 }
 
 void RunLoop::checkpoint() {
   const std::string position = job_.position();
   try {
-    save_();
+    save_(SaveMoment::checkpoint);
   } catch (const SharedEnvironmentError& error) {
     const double wait_s = std::min(retry_s_, settings_.checkpoint_every_s);
     progress_.warn(
@@ -95,17 +96,17 @@ void RunLoop::checkpoint() {
   progress_.say("saved at " + position);
 }
 
-std::string RunLoop::save_at_last() {
+std::string RunLoop::save_at_last(SaveMoment moment) {
   for (const double wait_s : last_waits_s) {
     try {
-      return save_();
+      return save_(moment);
     } catch (const SharedEnvironmentError& error) {
       progress_.warn(fmt::format("not saved: {}; trying again in {}", error.what(), duration_text(wait_s)));
     }
     surroundings_.wait_s(wait_s);
   }
   try {
-    return save_();
+    return save_(moment);
   } catch (const SharedEnvironmentError& error) {
     throw SharedEnvironmentError(fmt::format("{}\n{} is not saved; {}", error.what(), job_.position(),
                                              saved_position_.empty()

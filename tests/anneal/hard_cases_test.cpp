@@ -62,13 +62,13 @@ double drift(const std::string& kind, Precision precision, int count) {
 constexpr int million = under_sanitizers ? 20'000 : 1'000'000;
 
 TEST(HardCases, AMillionSwapsInDoubleLeaveNoDrift) {
-  EXPECT_LT(drift("uniform", Precision::dual, million), 1e-10);
-  EXPECT_LT(drift("sphere", Precision::dual, 3000), 1e-10);  // fewer: 100 times as slow
+  EXPECT_LT(drift("uniform", Precision::float64, million), 1e-10);
+  EXPECT_LT(drift("sphere", Precision::float64, 3000), 1e-10);  // fewer: 100 times as slow
 }
 
 TEST(HardCases, AMillionSwapsInFloatDriftByLessThanAHundredThousandth) {
   for (const char* const kind : {"uniform", "circle", "sphere"}) {
-    EXPECT_LT(drift(kind, Precision::single, million), 1e-5);
+    EXPECT_LT(drift(kind, Precision::float32, million), 1e-5);
   }
 }
 

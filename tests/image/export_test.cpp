@@ -175,8 +175,6 @@ TEST(Export, NamesFilesByScheme) {
   EXPECT_THAT(targets(options), ElementsAre("out/some.tiff"));
   options = options_for("out/SOME.PNG");
   EXPECT_EQ(targets(options)[1], "out/SOME_10.PNG");
-  EXPECT_EQ(targets(options_for("out/####.TIFF"))[0], "out/0009.TIFF");
-  EXPECT_EQ(targets(options_for("out/a%i.png"))[1], "out/a10.png");
 }
 
 TEST(Export, RefusesNamesThatOnlyLookLikePlacesForTheNumber) {
@@ -185,7 +183,7 @@ TEST(Export, RefusesNamesThatOnlyLookLikePlacesForTheNumber) {
   content.datasets = {{"/samples", ElementType::float32, 1, true}};
   const RunConfig config = small_config("uniform", "x = 5, y = 3, t = 2");
   for (const std::string name : {"a_*.png", "a_?.png", "a_%x.png", "a_{slcie}.png", "a_{}_{}.png", "%d_%d.exr",
-                                 "{}_####.tif", "{}_*.png", "a_{}/b.png", "a_*/b.png"}) {
+                                 "{}_####.tif", "{}_*.png", "a_*/b.png"}) {
     EXPECT_THAT(user_error_of([&] { plan_export("run.h5", content, config.problem, options_for(name)); }),
                 testing::AllOf(HasSubstr(name), HasSubstr("accepted"), HasSubstr("{slice:03}"), HasSubstr("####")))
         << name;

@@ -36,8 +36,9 @@ class Loop : public testing::Test {
   LoopResult run(const LoopSettings& settings = {}, ProgressKind kind = ProgressKind::none) {
     Progress progress(kind, pipe_[1]);
     const Surroundings surroundings = world_.surroundings();
-    const std::function<std::string()> save = [this] {
+    const SaveRun save = [this](SaveMoment moment) {
       const int number = num_saves_++;
+      moments_.push_back(moment);
       if (save_fails_ && save_fails_(number)) throw SharedEnvironmentError("no space left");
       saved_steps_.push_back(job_.steps());
       return "sum of step " + std::to_string(job_.steps());
@@ -65,6 +66,7 @@ class Loop : public testing::Test {
   std::function<bool(int)> save_fails_;  // by the number of the try
   int num_saves_ = 0;
   std::vector<int> saved_steps_;
+  std::vector<SaveMoment> moments_;
 };
 
 TEST_F(Loop, RunsToTheEndAndSavesOnce) {
@@ -112,6 +114,15 @@ TEST_F(Loop, CheckpointsAtIntervals) {
   EXPECT_THAT(saved_steps_, ElementsAre(3, 6, 9, 10));
 }
 
+TEST_F(Loop, ASaveKnowsWhyItIsMade) {
+  run({.time_limit_s = 5, .checkpoint_every_s = 3});
+  EXPECT_THAT(moments_, ElementsAre(SaveMoment::checkpoint, SaveMoment::stop));
+  moments_.clear();
+  world_.now_s = 0;
+  run();
+  EXPECT_THAT(moments_, ElementsAre(SaveMoment::end));
+}
+
 TEST_F(Loop, AFailedCheckpointWarnsAndIsTriedAgainSoon) {
   at_step_ = [this](int) { world_.now_s += 9; };  // a step takes ten seconds
   save_fails_ = [](int number) { return number == 1; };
@@ -135,7 +146,7 @@ TEST_F(Loop, FailedCheckpointsAreTriedLessAndLessOften) {
   long_job.after_step = job_.after_step;
   Progress progress(ProgressKind::silent);
   const Surroundings surroundings = world_.surroundings();
-  const std::function<std::string()> save = [&] {
+  const SaveRun save = [&](SaveMoment) {
     if (save_fails_(0)) throw SharedEnvironmentError("no space left");
     return std::string();
   };

@@ -36,6 +36,8 @@ class Job {
   // Publishes the present state; the checksum of /samples, on rank 0. Throws SharedEnvironmentError. *Collective*
   virtual std::string save(const SaveTarget& target) = 0;
 
+  // The same where the run is stopped before its end: also brings up to date what the file says of it. *Collective*
+  virtual std::string save_at_stop(const SaveTarget& target) { return save(target); }
   virtual std::vector<SliceDataset> datasets() const = 0;  // of the run file
 
   virtual std::string title() const = 0;        // "7x5x3 of uniform, anneal"

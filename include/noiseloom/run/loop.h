@@ -33,6 +33,12 @@ struct Surroundings {
 // A clock that starts now, and the signals of run/stop_signals.h.
 Surroundings real_surroundings();
 
+// Why the loop saves: on the way, before the end of the run, or at it.
+enum class SaveMoment { checkpoint, stop, end };
+// Publishes the present state and returns a checksum; throws SharedEnvironmentError on every rank where it cannot.
+// *Collective*
+using SaveRun = std::function<std::string(SaveMoment)>;
+
 struct LoopResult {
   bool finished = false;
   std::string stopped_by;  // where it is not finished: "SIGUSR1", "--time-limit"; on rank 0
@@ -41,10 +47,9 @@ struct LoopResult {
 
 class RunLoop {
  public:
-  // `save` publishes the present state and throws SharedEnvironmentError on every rank where it cannot; `earlier_s`:
-  // what the earlier parts of this run took. All arguments outlive the loop.
+  // `earlier_s`: what the earlier parts of this run took. All arguments outlive the loop.
   RunLoop(Job& job, const LoopSettings& settings, double earlier_s, const Surroundings& surroundings,
-          const std::function<std::string()>& save, const Communicator& communicator, Progress& progress);
+          const SaveRun& save, const Communicator& communicator, Progress& progress);
 
   // From a job that has been started or restored to its end or a stop, saved either way. Throws SharedEnvironmentError
   // when the last save fails. *Collective*
@@ -55,13 +60,13 @@ class RunLoop {
   std::uint32_t bits_due() const;
   std::string stop_cause(std::uint32_t bits) const;
   void checkpoint();
-  std::string save_at_last();
+  std::string save_at_last(SaveMoment moment);
 
   Job& job_;
   const LoopSettings& settings_;
   const double earlier_s_;
   const Surroundings& surroundings_;
-  const std::function<std::string()>& save_;
+  const SaveRun& save_;
   const Communicator& communicator_;
   Progress& progress_;
   double next_save_s_;
