@@ -24,6 +24,7 @@ std::string list_of_files(const std::vector<std::string>& files) {
 
 void run_export(const std::string& file, const ExportOptions& options) {
   const ExportResult result = export_run_file(file, options, posix_file_ops());
+  if (!result.change.empty()) fmt::print(stderr, "warning: {}: {}\n", file, result.change);
   fmt::print("wrote {}\n", list_of_files(result.files));
   if (!result.tables.empty()) fmt::print("{}, in {}\n", result.points, list_of_files(result.tables));
 }

@@ -33,7 +33,7 @@ std::optional<RunConfig> config_of(const TextureArguments& arguments) {
   if (arguments.overrides.empty()) return std::nullopt;
   if (!looks_like_run_file(arguments.file))
     throw UserError("command line", "--set changes a config: give one with --config");
-  const RunFileReader reader(arguments.file);
+  const RunFileReader reader(arguments.file, Changed::accepted);
   return stored_config(reader.content(), arguments.file, arguments.overrides);
 }
 

@@ -225,7 +225,7 @@ void write_array(OutputFiles& files, const ExportPlan& plan, const ProblemSpec& 
 }  // namespace
 
 ExportResult export_run_file(const std::string& path, const ExportOptions& options, FileOps& ops) {
-  const RunFileReader reader(path);
+  const RunFileReader reader(path, Changed::accepted);
   const RunFileContent& content = reader.content();
   if (options.threshold.empty() && reader.dataset("/samples") < 0) throw UserError(path, "holds no /samples");
   const RunConfig config =
@@ -242,6 +242,7 @@ ExportResult export_run_file(const std::string& path, const ExportOptions& optio
   else
     write_array(files, plan, config.problem, content.config, encoder);
   ExportResult result;
+  result.change = reader.change();
   result.files = files.targets();
   if (order) {
     result.points = write_points(files, plan, content.extents, *order);

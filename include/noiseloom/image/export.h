@@ -59,6 +59,7 @@ ExportPlan plan_export(const std::string& name, const RunFileContent& content, c
                        const ExportOptions& options);
 
 struct ExportResult {
+  std::string change;               // as RunFileReader::change
   std::vector<std::string> files;   // images or arrays
   std::vector<std::string> tables;  // with a threshold: the coordinates,
   std::string points;               // and how many points there are, in words
