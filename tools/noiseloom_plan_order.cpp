@@ -7,6 +7,7 @@
 #include <ctime>
 #include <limits>
 
+#include "noiseloom/core/decimal.h"
 #include "noiseloom/core/quantity_text.h"
 #include "noiseloom/run/order_checkpoint.h"
 #include "noiseloom_commands.h"
@@ -129,7 +130,7 @@ void print_order_plan(const RunConfig& config, int ranks, int threads) {
   fmt::print("run file   {} (and as much for the generation before it)\n", bytes_text(pixels * (wide ? 12 : 8)));
 
   const Measured measured = measure(spec);
-  const double points = std::floor(spec.density * pixels);
+  const double points = static_cast<double>(decimal_of(spec.density).floor_of_times(extents.num_cells()));
   const double swaps = points * measured.swaps_per_point;
   fmt::print("phases     swap: about {:.0f} swaps of {:.0f} points; drain: {:.0f} ranks; fill: {:.0f} ranks\n", swaps,
              points, points, pixels - points);
