@@ -65,7 +65,7 @@ footer { margin-top: 18px; color: var(--soft); font-size: 13px; }
   main { max-width: none; padding: 0; }
   section { border: 0; border-top: 1px solid var(--line); border-radius: 0; padding: 14px 0 0; }
   h2, h2 + p, tr:first-child { break-after: avoid; } tr:last-child { break-before: avoid; }
-  figure, tr, .headline { break-inside: avoid; }
+  figure, tr, section > p, .headline { break-inside: avoid; }
   .figures { zoom: .8; } figure img { box-shadow: none; }
   figure, .wide-table, pre { overflow: visible; }
   figure.wide { flex-basis: 100%; } figure svg { min-width: 0; }
