@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "noiseloom/files/input_array.h"
+
 namespace noiseloom {
 
 enum class SampleKind { uniform, tent, gauss, circle, vector, sphere, hemisphere, hemisphere_cosine, disk, file };
@@ -10,9 +12,10 @@ enum class DistanceKind { absolute, circle, euclidean, angle };
 
 struct SampleSpec {
   SampleKind kind = SampleKind::uniform;
-  int channels = 1;  // vector: 2..8; file: found in the file; else fixed by the kind
-  std::string file;  // file: a .npy of shape [n], [n, C] (one list for all slices), [S, n] or
-                     // [S, n, C] (one per slice, in slice order); n = cells per slice
+  int channels = 1;     // vector: 2..8; file: found in the file; else fixed by the kind
+  std::string file;     // file: a .npy of shape [n], [n, C] (one list for all slices), [S, n] or
+                        // [S, n, C] (one per slice, in slice order); n = cells per slice
+  InputArrayPtr array;  // file: its contents where they are known; else whoever needs them reads the file
   DistanceKind distance = DistanceKind::euclidean;  // file only: how its samples are compared
 };
 
