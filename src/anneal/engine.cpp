@@ -14,7 +14,6 @@ namespace {
 
 // What the slice that is judged first says about the size of dE.
 constexpr std::int64_t magnitude_candidates = 4096;
-constexpr std::int64_t least_sweeps_per_fraction = 100;
 
 std::vector<Extents::SliceCoord> coupled_offsets(const Footprint& footprint) {
   std::vector<Extents::SliceCoord> offsets;
@@ -350,13 +349,12 @@ struct Engine::Impl {
     return error;
   }
 
-  // The paper's rule: gamma doubles when fewer than gamma / 4 of all pairs were swapped. Looked at once in a hundredth
-  // of the run, as its authors' program does, and never sooner than those hundred sweeps of its ten thousand: swaps
-  // double with gamma, so a rule that is looked at every sweep takes gamma to 1 in three, and the pairs that then swap
-  // together drive R up without end.
+  // The paper's rule: gamma doubles when fewer than gamma / 4 of all pairs were swapped. Swaps double with gamma, so a
+  // rule that is looked at every sweep takes gamma to 1 in three, and the pairs that then swap together drive R up
+  // without end.
   void adapt_fraction(std::int64_t accepted, const Moment& moment) {
     if (optimizer.method != Method::fast || !optimizer.grow_fraction) return;
-    if (state.sweep % std::max(least_sweeps_per_fraction, moment.round_length / 100) != 0) return;
+    if (state.sweep % sweeps_per_fraction(moment.round_length) != 0) return;
     const double pairs = static_cast<double>(problem.extents.num_cells()) / 2;
     if (static_cast<double>(accepted) < state.fraction / 4 * pairs) state.fraction = std::min(1.0, 2 * state.fraction);
   }

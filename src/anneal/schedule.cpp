@@ -36,6 +36,11 @@ double temperature_at(double start, double end, double fraction) {
   return start * math::exp(fraction * math::log(end / start));
 }
 
+std::int64_t sweeps_per_fraction(std::int64_t round_length) {
+  constexpr std::int64_t least = 100;
+  return std::max(least, round_length / 100);
+}
+
 bool score_due(const Moment& moment, std::int64_t scores_per_round) {
   if (moment.ends_round()) return true;
   const std::int64_t every = std::max<std::int64_t>(1, moment.round_length / scores_per_round);

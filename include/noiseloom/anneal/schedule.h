@@ -28,6 +28,10 @@ Moment moment_of(const StopSpec& stop, std::int64_t sweep, double elapsed_s);
 // start > 0, end > 0; bit-stable.
 double temperature_at(double start, double end, double fraction);
 
+// How often the method `fast` looks whether its fraction should grow, in a round of that many sweeps: once in a
+// hundredth of it, as its authors' program does, and never sooner than those hundred sweeps of its ten thousand.
+std::int64_t sweeps_per_fraction(std::int64_t round_length);
+
 // Whether R is evaluated after the sweep that began at `moment`: about `scores_per_round` times, and at the round's
 // end.
 bool score_due(const Moment& moment, std::int64_t scores_per_round);
