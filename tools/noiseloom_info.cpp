@@ -112,14 +112,26 @@ void print_history(const OrderState& state) {
   }
 }
 
-void print_text(const std::string& path, const RunFileContent& content) {
+// What the file says of its run, all of it checked. One of the two.
+struct Checked {
   std::optional<OrderState> order;
   std::optional<EngineState> engine;
-  if (is_order_run(content)) {
-    order = order_state(content);
+};
+
+Checked check(const RunFileReader& reader) {
+  Checked checked;
+  if (is_order_run(reader.content())) {
+    checked.order = order_state(reader.content(), reader.path());
+    check_order(reader, *checked.order);
   } else {
-    engine = engine_state(content);
+    checked.engine = engine_state(reader.content(), reader.path());
+    check_permutations(reader);
   }
+  return checked;
+}
+
+void print_text(const std::string& path, const RunFileContent& content, const Checked& checked) {
+  const auto& [order, engine] = checked;
   fmt::print("{}: {}", path, content.extents.to_string());
   for (int axis = 0; axis < content.extents.num_axes(); ++axis)
     fmt::print("{}{}", axis == 0 ? " (" : ", ", content.extents.name(axis));
@@ -136,6 +148,8 @@ void print_text(const std::string& path, const RunFileContent& content) {
                                                      : "uint64",
                content.checksums.at(dataset.name));
   }
+  for (const RunFileInput& input : content.inputs) fmt::print("  /inputs/{}  of {}\n", input.key, input.file);
+  fmt::print("  algorithm {}\n", stored_algorithm(content, path));
   if (order) print_history(*order);
   if (engine) print_history(*engine);
   fmt::print("\nprovenance\n");
@@ -161,10 +175,11 @@ int run_info(int argc, char** argv) {
   }
   const RunFileReader reader(path, Changed::accepted);
   if (!reader.change().empty()) print_error(fmt::format("WARNING: {}: {}\n", path, reader.change()));
+  const Checked checked = check(reader);
   if (json) {
     print_json(reader.content());
   } else {
-    print_text(path, reader.content());
+    print_text(path, reader.content(), checked);
   }
   return exit_done;
 }

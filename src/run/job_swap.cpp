@@ -29,14 +29,11 @@ class SwapJob : public Job {
     });
   }
   void start(double) override { engine_->start(); }
-  void restore(const RunFileReader* saved) override {
-    restore_run(saved, config_.problem.extents, *engine_, *communicator_);
-  }
+  void restore(const RunFileReader* saved) override { restore_run(saved, config_, *engine_, *communicator_); }
   void step(double run_s) override { engine_->step(run_s); }
   bool finished() const override { return engine_->finished(); }
   std::string save(const SaveTarget& target) override {
-    return save_run(posix_file_ops(), target.path, config_, source_, *engine_, *communicator_, target.inputs,
-                    target.provenance);
+    return save_run(posix_file_ops(), target.path, config_, source_, *engine_, *communicator_, target.provenance);
   }
 
   std::vector<SliceDataset> datasets() const override { return run_datasets(source_); }

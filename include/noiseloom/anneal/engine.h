@@ -21,6 +21,12 @@
 
 namespace noiseloom {
 
+// The numbers of the algorithms by swaps. A config gives the same bytes as long as they stay: whoever changes what an
+// unchanged config gives raises the number in the same commit (tests/program/pinned_samples_test.py notices). A run
+// file keeps it, and a run of another number is not gone on with.
+inline constexpr std::int64_t anneal_algorithm = 1;
+inline constexpr std::int64_t fast_algorithm = 1;
+
 struct HistoryRow {
   double sweep = 0;           // sweeps done
   double iterations = 0;      // iterations done; a sweep makes several of them
