@@ -5,7 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 
-#include "noiseloom/anneal/engine_choices.h"
+#include "noiseloom/anneal/swap_choices.h"
 #include "noiseloom/config/config.h"
 #include "noiseloom/core/quantity_text.h"
 #include "noiseloom/dist/communicator.h"
@@ -29,7 +29,7 @@ double seconds_per_candidate(const RunConfig& config, const SampleSource& source
   field.fill(start_permutation(problem.seed, 0, problem.extents.cells_per_slice()), source.list(0));
   const ValueKernel kernel = make_value_kernel(problem, source.channels(), source.distance());
   const std::optional<FeatureMap> features =
-      features_between_slices(config.optimizer, footprint, kernel, source, config.optimizer.background_rank);
+      features_between_slices(config.optimizer, footprint, kernel, source, config.optimizer.background_features);
   const Method method = config.optimizer.method;
   const WindowSize tile = tiles_for(method, footprint, classes_for(method, footprint)).window();
   const auto delta =
@@ -70,7 +70,7 @@ class Plan {
         judged_(extents_, config.problem.filter, config.optimizer.cutoff),
         partition_(extents_.num_slices(), ranks),
         threads_(threads),
-        background_(features(config.optimizer.background_rank).has_value()),
+        background_(features(config.optimizer.background_features).has_value()),
         tile_(tiles_for(config.optimizer.method, judged_, classes_for(config.optimizer.method, judged_)).window()) {
     for (const SliceTaps& slice : footprint_.slices()) offsets_.push_back(slice.offset);
   }
@@ -108,7 +108,7 @@ RankPlan Plan::rank_plan(const HaloPlan& halo, int rank) const {
   const double values = static_cast<double>(extents_.cells_per_slice()) * 4;
   const double bytes = held * (static_cast<double>(layout.num_floats()) * 4 + values * source_.channels()) +
                        static_cast<double>(partition_.count(rank)) * values;
-  const double features = background_ ? 16.0 * background_rank(config_.optimizer, 1) : 0;
+  const double features = background_ ? 16.0 * num_features(config_.optimizer, 1) : 0;
   const FieldLayout tile(judged_, source_.channels(), tile_);
   const double copies = 3 + (background_ && !tile.whole() ? static_cast<double>(offsets_.size()) : 0);
   const double thread = copies * 4 * static_cast<double>(tile.num_floats()) +
@@ -141,7 +141,7 @@ void Plan::print_background() const {
   if (!background_) return;
   std::string text;
   for (const double fraction : {0.0, 0.8, 1.0}) {
-    const FeatureMap map = *features(background_rank(config_.optimizer, fraction));
+    const FeatureMap map = *features(num_features(config_.optimizer, fraction));
     text += fmt::format("{}{} ({:.2g} %)", text.empty() ? "" : ", ", map.num_features(), 100 * map.missed());
   }
   fmt::print("background other slices act through {} features (and the share of the variance that they miss)\n", text);

@@ -27,6 +27,10 @@ constexpr auto visit_state = [](auto& state, const auto& visit) {
   visit("mean_magnitude", state.mean_magnitude);
   visit("mean_distance", state.mean_distance);
   visit("round_score", state.round_score);
+  visit("relative_error", state.relative_error);
+  visit("iterations", state.iterations);
+  visit("scored_iterations", state.scored_iterations);
+  visit("scored_step", state.scored_step);
   visit("finished", state.finished);
 };
 
@@ -59,21 +63,30 @@ int stored_channels(const RunFileContent& content, const RunConfig& config) {
   return 1;
 }
 
-void check_progress(const EngineState& state, const RunConfig& config, ContentFaults& faults) {
+void check_progress(const SwapState& state, const RunConfig& config, ContentFaults& faults) {
   const StopSpec& stop = config.optimizer.stop;
   const bool finished = !state.finished.empty();
   const auto require = [&](bool sound, const char* name, const auto& value, const char* must) {
     faults.require(sound, fmt::format("/state/@{} = {}: {}", name, value, must));
   };
-  const bool is_rule = (state.finished == "iterations" && stop.iterations > 0) ||
-                       (state.finished == "time" && stop.time_s > 0) || (state.finished == "score" && stop.score > 0) ||
-                       (state.finished == "improvement" && stop.improvement > 0);
+  const bool is_rule =
+      (state.finished == ended::by_iterations && stop.iterations > 0) ||
+      (state.finished == ended::by_time && stop.time_s > 0) || (state.finished == ended::by_score && stop.score > 0) ||
+      (state.finished == ended::out_of_reach && stop.score > 0) ||
+      (state.finished == ended::by_improvement && stop.improvement > 0) || state.finished == ended::nothing_to_swap;
   require(!finished || is_rule, "finished", state.finished, "must be empty or the stop rule of its config");
+  const std::int64_t most_iterations = stop.iterations > 0 ? stop.iterations : std::int64_t{1} << 40;
   const std::int64_t most_sweeps = stop.iterations > 0 ? stop.iterations : std::int64_t{1} << 31;
   require(state.sweep >= 0 && state.sweep <= most_sweeps, "sweep", state.sweep,
           "must be a number of sweeps that its stop rule can reach");
   require(state.step >= 0 && state.step < config.problem.extents.num_slices() && (state.step == 0 || !finished), "step",
           state.step, "must count the steps of a sweep that is under way");
+  require(state.iterations >= 0 && state.iterations <= most_iterations, "iterations", state.iterations,
+          "must be a number of iterations that its stop rule can reach");
+  require(state.scored_iterations >= 0 && state.scored_iterations <= state.iterations, "scored_iterations",
+          state.scored_iterations, "must be some of the iterations");
+  require(state.scored_step >= 0 && state.scored_step < config.problem.extents.num_slices(), "scored_step",
+          state.scored_step, "must be a step of a sweep");
   // A visit makes at most a few dozen candidates for each pixel.
   const double most_candidates = 64 * static_cast<double>(config.problem.extents.num_cells());
   require(state.candidates >= 0 && static_cast<double>(state.candidates) <= most_candidates &&
@@ -83,7 +96,7 @@ void check_progress(const EngineState& state, const RunConfig& config, ContentFa
           "must be some of the candidates");
 }
 
-void check_numbers(const EngineState& state, ContentFaults& faults) {
+void check_numbers(const SwapState& state, ContentFaults& faults) {
   const auto require = [&](bool sound, const char* name, double value, const char* must) {
     faults.require(sound, fmt::format("/state/@{} = {}: {}", name, value, must));
   };
@@ -95,10 +108,11 @@ void check_numbers(const EngineState& state, ContentFaults& faults) {
   positive_or_zero("mean_magnitude", state.mean_magnitude);
   positive_or_zero("mean_distance", state.mean_distance);
   require(state.fraction > 0 && state.fraction <= 1, "fraction", state.fraction, "must be above 0 and at most 1");
+  require(std::isfinite(state.relative_error), "relative_error", state.relative_error, "must be finite");
   require(std::isfinite(state.round_score), "round_score", state.round_score, "must be finite");
 }
 
-void check_rows(const EngineState& state, const RunConfig& config, ContentFaults& faults) {
+void check_rows(const SwapState& state, const RunConfig& config, ContentFaults& faults) {
   const StopSpec& stop = config.optimizer.stop;
   const double most_iterations = stop.iterations > 0 ? static_cast<double>(stop.iterations) : 0x1p53;
   double least_sweep = 0;
@@ -157,7 +171,7 @@ std::vector<SliceDataset> run_datasets(const SampleSource& source) {
 }
 
 std::string save_run(FileOps& ops, const std::string& path, const RunConfig& config, const SampleSource& source,
-                     Engine& engine, const Communicator& communicator,
+                     SwapOptimizer& engine, const Communicator& communicator,
                      const std::map<std::string, Attribute>& provenance) {
   RunFileContent content = content_of(config, engine.state(), visit_state, visit_row, provenance);
   content.datasets = run_datasets(source);
@@ -175,9 +189,31 @@ std::string save_run(FileOps& ops, const std::string& path, const RunConfig& con
   return publish_run(ops, path, content, engine.partition(), communicator, produce);
 }
 
-EngineState engine_state(const RunFileContent& content, const std::string& path) {
+namespace {
+
+// Run files from before there were algorithm numbers have R in their history alone.
+RunFileContent with_last_score(RunFileContent content) {
+  if (content.state.contains("algorithm")) return content;
+  const auto last_of = [&](const char* name) {
+    for (const auto& [column, values] : content.history) {
+      if (column == name && !values.empty()) return values.back();
+    }
+    return 0.0;
+  };
+  const double iterations = last_of("iterations");
+  const bool counts = is_count(iterations, 0, 0x1p40);
+  content.state.emplace("relative_error", last_of("relative_error"));
+  content.state.emplace("iterations", counts ? static_cast<std::int64_t>(iterations) : 0);
+  content.state.emplace("scored_iterations", counts ? static_cast<std::int64_t>(iterations) : 0);
+  content.state.emplace("scored_step", std::int64_t{0});
+  return content;
+}
+
+}  // namespace
+
+SwapState engine_state(const RunFileContent& content, const std::string& path) {
   const RunConfig config = stored_config(content, path);
-  EngineState state = state_of<EngineState>(content, path, visit_state, visit_row);
+  SwapState state = state_of<SwapState>(with_last_score(content), path, visit_state, visit_row);
   stored_algorithm(content, path);
   ContentFaults faults(path);
   faults.require(config.optimizer.method != Method::void_and_cluster, "has no /order, but its /config that method");
@@ -206,7 +242,7 @@ void check_permutations(const RunFileReader& file) {
 namespace {
 
 // What only the engine of the config knows.
-void check_against(const Engine& engine, const EngineState& state, const StopSpec& stop, const std::string& path) {
+void check_against(const SwapOptimizer& engine, const SwapState& state, const StopSpec& stop, const std::string& path) {
   ContentFaults faults(path);
   faults.require(state.step < engine.num_classes(),
                  fmt::format("/state/@step = {}: a sweep has {} steps, from 0 on", state.step, engine.num_classes()));
@@ -216,7 +252,7 @@ void check_against(const Engine& engine, const EngineState& state, const StopSpe
   };
   if (stop.iterations > 0) {
     const bool over = iterations_at(state.sweep) >= stop.iterations;
-    faults.require(over == (state.finished == "iterations"),
+    faults.require(over == (state.finished == ended::by_iterations) || state.finished == ended::nothing_to_swap,
                    fmt::format("/state/@sweep = {} of {} iterations, and the run is {}finished", state.sweep, each,
                                state.finished.empty() ? "not " : ""));
   }
@@ -229,29 +265,37 @@ void check_against(const Engine& engine, const EngineState& state, const StopSpe
   faults.throw_if_any();
 }
 
-// A run whose stop rule was moved further away has not come to its end, unless it has passed the new one too.
-void move_end(EngineState& state, const StopSpec& before, const StopSpec& now) {
-  if (before.iterations == now.iterations && before.time_s == now.time_s && before.score == now.score &&
-      before.improvement == now.improvement)
-    return;
-  const bool passed = now.score > 0 && state.history.back().relative_error <= now.score;
-  if (!passed) state.finished.clear();
+// Whether the run is over under a stop rule that may be another than the one it came to its end by: what the schedule
+// says of its last sweep.
+void move_end(SwapState& state, const StopSpec& now, std::int64_t iterations_per_sweep) {
+  if (state.finished.empty() || state.finished == ended::nothing_to_swap || state.sweep == 0 || now.time_s > 0) return;
+  const Schedule schedule(now, iterations_per_sweep);
+  const Moment last = schedule.moment(state.sweep - 1, 0);
+  double round_score = 0;  // R at the end of the round before
+  for (const HistoryRow& row : state.history) {
+    if (row.sweep <= static_cast<double>(state.sweep - last.round_length)) round_score = row.relative_error;
+  }
+  state.finished = schedule.ended_by(last, state.history.back().relative_error, round_score);
 }
 
-EngineState checked_state(const RunFileReader& file, const RunConfig& config, const Engine& engine) {
+SwapState checked_state(const RunFileReader& file, const RunConfig& config, const SwapOptimizer& engine) {
   const RunFileContent& content = file.content();
-  EngineState state = engine_state(content, file.path());
+  SwapState state = engine_state(content, file.path());
   const StopSpec stop = stored_config(content, file.path()).optimizer.stop;
   check_against(engine, state, stop, file.path());
-  move_end(state, stop, config.optimizer.stop);
+  const StopSpec& now = config.optimizer.stop;
+  const bool moved =
+      stop.iterations != now.iterations || stop.score != now.score || stop.improvement != now.improvement;
+  if (moved) move_end(state, now, engine.iterations_per_sweep());
   if (state.finished.empty()) require_same_algorithm(content, config.optimizer.method, file.path());
   return state;
 }
 
 }  // namespace
 
-void restore_run(const RunFileReader* file, const RunConfig& config, Engine& engine, const Communicator& communicator) {
-  EngineState state;
+void restore_run(const RunFileReader* file, const RunConfig& config, SwapOptimizer& engine,
+                 const Communicator& communicator) {
+  SwapState state;
   std::string path;
   communicator.on_root([&] {
     path = file->path();

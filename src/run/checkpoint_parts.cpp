@@ -3,7 +3,7 @@
 #include <cmath>
 #include <memory>
 
-#include "noiseloom/anneal/engine.h"
+#include "noiseloom/anneal/swap_optimizer.h"
 #include "noiseloom/construct/void_and_cluster.h"
 #include "noiseloom/run/checkpoint.h"
 

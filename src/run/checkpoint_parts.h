@@ -28,7 +28,8 @@ namespace noiseloom {
 
 inline const char* const samples_name = "/samples";
 
-// The number of the algorithm that this program has for a method (anneal/engine.h, construct/void_and_cluster.h).
+// The number of the algorithm that this program has for a method (anneal/swap_optimizer.h,
+// construct/void_and_cluster.h).
 std::int64_t algorithm_of(Method method);
 // Throws UserError, saying what to do, for a run that another algorithm has begun.
 void require_same_algorithm(const RunFileContent& content, Method method, const std::string& path);

@@ -129,8 +129,8 @@ CONFIGS = {
 
 # The number of the algorithm of each method that the checksums below belong to.
 ALGORITHMS = {
-    "anneal": 1,  # anneal_algorithm in include/noiseloom/anneal/engine.h
-    "fast": 1,  # fast_algorithm, there too
+    "anneal": 2,  # anneal_algorithm in include/noiseloom/anneal/swap_optimizer.h
+    "fast": 2,  # fast_algorithm, there too
     "void-and-cluster": 1,  # void_and_cluster_algorithm in include/noiseloom/construct/void_and_cluster.h
 }
 
@@ -157,8 +157,8 @@ CHECKSUMS = {
     "list on the circle": ("1c1a11c852f80d2d",),
     "list of unit vectors": ("1667f8d29ea2b850",),
     "list of points for each slice": ("9e6acb15ef1f433f",),
-    "stop by score": ("599ab5b35b2ee775",),
-    "stop by improvement": ("0b4b36ea4f1e4ff2",),
+    "stop by score": ("de2b047db602ea03",),
+    "stop by improvement": ("df0bc80fbc341c6a",),
     "fast, uniform, product": ("875bc7bd2db4ba5c",),
     "fast, hemisphere-cosine, fraction that does not grow": ("2d7e91b92df27ebc",),
     "order in a plane": ("2419b4f24dfb7615", "4f0517867757a9fa",),
