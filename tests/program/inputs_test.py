@@ -135,7 +135,7 @@ class Inputs(ProgramTest):
         self.generate("straight.h5")
         self.generate("good.h5", "--time-limit", "0.000001s", expect=75)
         self.rewrite("good.h5", "run.h5", "-inputs.texture.samples.file", "-inputs.filter.groups[0].file",
-                     "-state.algorithm", "state.inputs:digest=mine.npy,taps.npy")
+                     "state.inputs:digest=mine.npy,taps.npy")
         shutil.copy(self.folder / "run.h5", self.folder / "changed.h5")
         self.generate("run.h5", "--resume")
         self.assertEqual(self.samples_checksum("run.h5"), self.samples_checksum("straight.h5"))
