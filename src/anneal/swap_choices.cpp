@@ -65,11 +65,15 @@ std::int64_t visit_length(const OptimizerSpec& optimizer, bool with_background) 
   return std::clamp<std::int64_t>(optimizer.stop.iterations / 24, 1, longest);
 }
 
+bool wants_features(const OptimizerSpec& optimizer, bool has_factors, std::int64_t num_taps, std::int64_t own_taps) {
+  return optimizer.method == Method::anneal && optimizer.precision != Precision::float64 && has_factors &&
+         num_taps >= 3 * own_taps;
+}
+
 std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
                                                   const ValueKernel& kernel, const SampleSource& source, int count) {
   const auto own_taps = std::ssize(footprint.slices()[0].taps);
-  if (optimizer.method != Method::anneal || optimizer.precision == Precision::float64 || count == 0 ||
-      !footprint.factors() || footprint.num_taps() < 3 * own_taps) {
+  if (count == 0 || !wants_features(optimizer, footprint.factors().has_value(), footprint.num_taps(), own_taps)) {
     return std::nullopt;
   }
   return FeatureMap(kernel, count, source.list(0));
@@ -83,6 +87,12 @@ int num_features(const OptimizerSpec& optimizer, double fraction) {
 
 std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, bool in_float, const Footprint& judged,
                               bool with_features, std::int64_t iterations) {
+  return scores_per_round(kind, scored.num_taps(), in_float,
+                          with_features ? std::ssize(judged.slices()[0].taps) : judged.num_taps(), iterations);
+}
+
+std::int64_t scores_per_round(DistanceKind kind, std::int64_t scored_taps, bool in_float, std::int64_t judged_taps,
+                              std::int64_t iterations) {
   // Nanoseconds, measured: of R for a tap of a cell, and of a candidate without and for each tap.
   struct Cost {
     double scored_tap;
@@ -96,10 +106,8 @@ std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, bool i
   constexpr double most_of_run = 1.0 / 12;  // for so few points that a curve needs them all,
   constexpr double few_points = 20;
   constexpr double little_of_run = 1.0 / 40;  // and for more
-  const auto own_taps = static_cast<double>(judged.slices()[0].taps.size());
-  const double taps = with_features ? own_taps : static_cast<double>(judged.num_taps());
-  const double score =
-      (in_float ? cost.scored_tap_in_float : cost.scored_tap) * static_cast<double>(scored.num_taps()) / 2;
+  const auto taps = static_cast<double>(judged_taps);
+  const double score = (in_float ? cost.scored_tap_in_float : cost.scored_tap) * static_cast<double>(scored_taps) / 2;
   const double round = static_cast<double>(iterations) * (candidate + 2 * cost.judged_tap * taps) / 2;
   const double most = std::clamp(little_of_run * round / score, few_points, 50.0);
   return static_cast<std::int64_t>(std::clamp(most_of_run * round / score, 1.0, most));

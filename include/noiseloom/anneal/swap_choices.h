@@ -29,6 +29,8 @@ PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile, doubl
 std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint& footprint);
 TileGrid tiles_for(Method method, const Footprint& footprint, const std::vector<std::vector<SliceIndex>>& classes);
 
+// Whether slices act on each other through features, from what is known of the footprint.
+bool wants_features(const OptimizerSpec& optimizer, bool has_factors, std::int64_t num_taps, std::int64_t own_taps);
 // The features through which slices that are coupled by a product act on each other, `count` of them at most; nothing
 // where all taps are taken (other filters, double precision, a count of 0, or so few taps between slices that features
 // would cost more).
@@ -47,5 +49,8 @@ std::int64_t visit_length(const OptimizerSpec& optimizer, bool with_background);
 // candidates.
 std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, bool in_float, const Footprint& judged,
                               bool with_features, std::int64_t iterations);
+// The same from counts of taps: of R, and of those that a candidate is judged with.
+std::int64_t scores_per_round(DistanceKind kind, std::int64_t scored_taps, bool in_float, std::int64_t judged_taps,
+                              std::int64_t iterations);
 
 }  // namespace noiseloom
