@@ -5,6 +5,7 @@
 #include <bit>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -18,7 +19,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 constexpr std::string_view magic("\x93NUMPY", 6);
-constexpr std::string_view accepted_types = "float32, float64 and integers, little endian";
+constexpr std::string_view accepted_types = "float16, float32, float64 and integers of 8 to 64 bits";
 
 struct Header {
   std::string type;
@@ -88,14 +89,22 @@ Header read_header(std::ifstream& file, const std::string& path) {
   return parse_header(dict, path);
 }
 
+// The product of all sizes, which is within bounds without those that are 0 too: so is that of any of them.
 std::int64_t count_of(std::span<const std::int64_t> shape, const std::string& path) {
+  constexpr std::int64_t most = std::numeric_limits<std::int64_t>::max() / 8;
+  constexpr std::size_t most_dimensions = 64;
+  if (shape.size() > most_dimensions) {
+    throw UserError(path, std::to_string(shape.size()) + " dimensions; accepted: at most 64");
+  }
   std::int64_t count = 1;
+  bool empty = false;
   for (const std::int64_t size : shape) {
-    constexpr std::int64_t most = std::numeric_limits<std::int64_t>::max() / 8;
-    if (size > 0 && count > most / size) throw UserError(path, "shape " + npy_shape_text(shape) + " is too large");
+    empty = empty || size == 0;
+    if (size == 0) continue;
+    if (count > most / size) throw UserError(path, "shape " + npy_shape_text(shape) + " is too large");
     count *= size;
   }
-  return count;
+  return empty ? 0 : count;
 }
 
 std::int64_t bytes_left(std::ifstream& file) {
@@ -106,33 +115,122 @@ std::int64_t bytes_left(std::ifstream& file) {
   return static_cast<std::int64_t>(end - here);
 }
 
-template <class T>
-std::vector<double> read_values(std::ifstream& file, const Header& header, const std::string& path) {
+// What the header's type says: '<f4' is little-endian, a float, of 4 bytes.
+struct NumberType {
+  bool big_endian = false;
+  char kind = 'f';  // f: float, i: integer, u: unsigned integer
+  int bytes = 4;
+};
+
+NumberType parse_type(const std::string& type, const std::string& path) {
+  static constexpr std::string_view known[] = {"f2", "f4", "f8", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"};
+  const bool one_byte = type.ends_with("1");
+  const bool ordered = type.size() == 3 && (type[0] == '<' || type[0] == '>' || (type[0] == '|' && one_byte));
+  if (!ordered || std::find(std::begin(known), std::end(known), type.substr(1)) == std::end(known)) {
+    throw UserError(path, "type \"" + type + "\"; accepted: " + std::string(accepted_types));
+  }
+  return {type[0] == '>', type[1], type[2] - '0'};
+}
+
+template <class Bits>
+Bits bits_at(const char* bytes, bool big_endian) {
+  std::array<char, sizeof(Bits)> copy{};
+  std::memcpy(copy.data(), bytes, sizeof(Bits));
+  if (big_endian) std::reverse(copy.begin(), copy.end());
+  return std::bit_cast<Bits>(copy);
+}
+
+double number_at(const char* bytes, const NumberType& type) {
+  switch (type.kind == 'f' ? -type.bytes : type.bytes) {
+    case -2:
+      return half_to_double(bits_at<std::uint16_t>(bytes, type.big_endian));
+    case -4:
+      return static_cast<double>(std::bit_cast<float>(bits_at<std::uint32_t>(bytes, type.big_endian)));
+    case -8:
+      return std::bit_cast<double>(bits_at<std::uint64_t>(bytes, type.big_endian));
+    case 1:
+      return type.kind == 'i' ? static_cast<signed char>(*bytes) : static_cast<unsigned char>(*bytes);
+    case 2: {
+      const std::uint16_t bits = bits_at<std::uint16_t>(bytes, type.big_endian);
+      return type.kind == 'i' ? static_cast<std::int16_t>(bits) : bits;
+    }
+    case 4: {
+      const std::uint32_t bits = bits_at<std::uint32_t>(bytes, type.big_endian);
+      return type.kind == 'i' ? static_cast<double>(static_cast<std::int32_t>(bits)) : static_cast<double>(bits);
+    }
+    default: {
+      const std::uint64_t bits = bits_at<std::uint64_t>(bytes, type.big_endian);
+      return type.kind == 'i' ? static_cast<double>(static_cast<std::int64_t>(bits)) : static_cast<double>(bits);
+    }
+  }
+}
+
+// Integers beyond 2^53 do not fit a double; 2^53 + 1 itself is rounded to 2^53, so the bits are looked at.
+bool is_exact(const char* bytes, const NumberType& type) {
+  if (type.kind == 'f' || type.bytes < 8) return true;
+  constexpr std::uint64_t most = std::uint64_t{1} << 53;
+  const std::uint64_t bits = bits_at<std::uint64_t>(bytes, type.big_endian);
+  const bool negative = type.kind == 'i' && bits >> 63 != 0;
+  return (negative ? std::uint64_t{0} - bits : bits) <= most;
+}
+
+std::string integer_text(const char* bytes, const NumberType& type) {
+  const std::uint64_t bits = bits_at<std::uint64_t>(bytes, type.big_endian);
+  return type.kind == 'i' ? std::to_string(static_cast<std::int64_t>(bits)) : std::to_string(bits);
+}
+
+std::vector<double> read_values(std::ifstream& file, const Header& header, const NumberType& type,
+                                const std::string& path) {
   const std::int64_t count = count_of(header.shape, path);
-  const std::int64_t wanted = count * static_cast<std::int64_t>(sizeof(T));
+  const std::int64_t wanted = count * type.bytes;
   const std::int64_t found = bytes_left(file);
   if (found != wanted) {
     throw UserError(path, "shape " + npy_shape_text(header.shape) + " needs " + std::to_string(wanted) +
                               " bytes of values; the file holds " + std::to_string(found));
   }
   std::vector<double> values(static_cast<std::size_t>(count));
-  std::vector<T> chunk(std::size_t{1} << 16);
-  for (std::size_t at = 0; at < values.size(); at += chunk.size()) {
-    const std::size_t n = std::min(chunk.size(), values.size() - at);
-    file.read(reinterpret_cast<char*>(chunk.data()), static_cast<std::streamsize>(n * sizeof(T)));
+  const std::size_t bytes = static_cast<std::size_t>(type.bytes);
+  constexpr std::size_t chunk_values = std::size_t{1} << 16;
+  std::vector<char> chunk(chunk_values * bytes);
+  for (std::size_t at = 0; at < values.size(); at += chunk_values) {
+    const std::size_t n = std::min(chunk_values, values.size() - at);
+    file.read(chunk.data(), static_cast<std::streamsize>(n * bytes));
     if (!file) throw UserError(path, "cannot be read: " + std::string(std::strerror(errno)));
     for (std::size_t i = 0; i < n; ++i) {
-      if constexpr (sizeof(T) == 8 && std::is_integral_v<T>) {
-        constexpr T most = T{1} << 53;
-        if (chunk[i] > most || (std::is_signed_v<T> && chunk[i] < T{0} - most)) {
-          throw UserError(path, "value " + std::to_string(at + i) + " = " + std::to_string(chunk[i]) +
-                                    ": integers must lie within +-2^53");
-        }
+      const char* const number = chunk.data() + i * bytes;
+      if (!is_exact(number, type)) {
+        throw UserError(path, "value " + std::to_string(at + i) + " = " + integer_text(number, type) +
+                                  ": integers must lie within +-2^53");
       }
-      values[at + i] = static_cast<double>(chunk[i]);
+      values[at + i] = number_at(number, type);
     }
   }
   return values;
+}
+
+// From the order in which the first dimension varies fastest to that in which the last does.
+std::vector<double> from_fortran_order(const std::vector<double>& values, const std::vector<std::int64_t>& shape) {
+  std::vector<std::size_t> stride(shape.size(), 1);
+  for (std::size_t d = 1; d < shape.size(); ++d) stride[d] = stride[d - 1] * static_cast<std::size_t>(shape[d - 1]);
+  std::vector<std::int64_t> index(shape.size(), 0);
+  std::vector<double> ordered(values.size());
+  std::size_t from = 0;
+  for (double& value : ordered) {
+    value = values[from];
+    for (std::size_t d = shape.size(); d-- > 0;) {
+      from += stride[d];
+      if (++index[d] < shape[d]) break;
+      from -= stride[d] * static_cast<std::size_t>(shape[d]);
+      index[d] = 0;
+    }
+  }
+  return ordered;
+}
+
+std::ifstream open_npy(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw UserError(path, "cannot be opened: " + std::string(std::strerror(errno)));
+  return file;
 }
 
 }  // namespace
@@ -144,29 +242,32 @@ std::string npy_shape_text(std::span<const std::int64_t> shape) {
   return text + ")";
 }
 
-NpyArray read_npy(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw UserError(path, "cannot be opened: " + std::string(std::strerror(errno)));
-  Header header = read_header(file, path);
-  if (header.fortran_order && header.shape.size() > 1) {
-    throw UserError(path, "Fortran order; save it with numpy.ascontiguousarray");
+double half_to_double(std::uint16_t bits) {
+  const int exponent = bits >> 10 & 31;
+  const int fraction = bits & 1023;
+  double value = exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(1024 + fraction, exponent - 25);
+  if (exponent == 31) {
+    value = fraction == 0 ? std::numeric_limits<double>::infinity() : std::numeric_limits<double>::quiet_NaN();
   }
-  const auto read = [&]() -> std::vector<double> {
-    const std::string& type = header.type;
-    if (type == "<f4") return read_values<float>(file, header, path);
-    if (type == "<f8") return read_values<double>(file, header, path);
-    if (type == "|i1") return read_values<std::int8_t>(file, header, path);
-    if (type == "|u1") return read_values<std::uint8_t>(file, header, path);
-    if (type == "<i2") return read_values<std::int16_t>(file, header, path);
-    if (type == "<u2") return read_values<std::uint16_t>(file, header, path);
-    if (type == "<i4") return read_values<std::int32_t>(file, header, path);
-    if (type == "<u4") return read_values<std::uint32_t>(file, header, path);
-    if (type == "<i8") return read_values<std::int64_t>(file, header, path);
-    if (type == "<u8") return read_values<std::uint64_t>(file, header, path);
-    throw UserError(path, "type \"" + type + "\"; accepted: " + std::string(accepted_types));
-  };
-  std::vector<double> values = read();
-  return {std::move(header.shape), std::move(values)};
+  return bits >> 15 != 0 ? -value : value;
+}
+
+NpyArray read_npy(const std::string& path) {
+  std::ifstream file = open_npy(path);
+  Header header = read_header(file, path);
+  const NumberType type = parse_type(header.type, path);
+  NpyArray array{{}, read_values(file, header, type, path), type.kind != 'f', type.bytes};
+  if (header.fortran_order && header.shape.size() > 1) array.values = from_fortran_order(array.values, header.shape);
+  array.shape = std::move(header.shape);
+  return array;
+}
+
+std::vector<std::int64_t> read_npy_shape(const std::string& path) {
+  std::ifstream file = open_npy(path);
+  const Header header = read_header(file, path);
+  parse_type(header.type, path);
+  count_of(header.shape, path);
+  return header.shape;
 }
 
 namespace {
