@@ -1,5 +1,5 @@
-// Reading and writing image files (PNG, TIFF, OpenEXR, Radiance HDR) as bare numbers: no gamma, no premultiplication,
-// no rescaling, no mip levels. OpenImageIO does the formats; it is handed finished integers or floats.
+// Writing image files (PNG, TIFF, OpenEXR, Radiance HDR) as bare numbers: no gamma, no premultiplication, no rescaling,
+// no mip levels. OpenImageIO does the formats; it is handed finished integers or floats. (image_reader.h reads them.)
 //
 // Pixels are interleaved, [y][x][channel], native byte order. An image may be written in blocks of equal size, stacked
 // downward (a strip) or as the parts of one OpenEXR file.
@@ -7,10 +7,8 @@
 
 #include <cstddef>
 #include <functional>
-#include <memory>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "noiseloom/study/encoding.h"
@@ -45,31 +43,13 @@ struct ImageJob {
 // The bytes of one block; valid until the next call.
 using BlockBytes = std::function<std::span<const std::byte>(int block)>;
 
+// Keeps the image library to the calling thread: textures are small, and every thread takes address space that may be
+// short. Called before anything is read or written.
+void use_one_image_thread();
+
 // Writes the file, then reads it back and compares, as a full disk is not always reported by image libraries; `blocks`
 // is called twice for each block. (hdr keeps 8 bits of each number: there only the size is compared.) The file must not
 // exist. Throws EnvironmentError with the library's own words; the file may then exist, incomplete.
 void write_image(const std::string& path, const ImageJob& job, const BlockBytes& blocks);
-
-// An image file open for reading.
-class ImageReader {
- public:
-  // Throws UserError when the file is missing, not an image that can be read, or of a number type that is not accepted
-  // (accepted: 8 and 16 bit unsigned integers, half and float).
-  explicit ImageReader(const std::string& path);
-  ~ImageReader();
-  ImageReader(ImageReader&&) noexcept;
-
-  int num_parts() const;
-  const ImageShape& shape(int part) const;
-  // Rows [first_row, first_row + num_rows) of a part into `bytes`. Throws UserError when the file is cut or damaged.
-  void read_rows(int part, int first_row, int num_rows, std::span<std::byte> bytes);
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
-
-// Where a file name ends in an extension of a format that is read here (lower or upper case).
-bool has_image_extension(const std::string& path);
 
 }  // namespace noiseloom
