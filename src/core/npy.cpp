@@ -5,7 +5,6 @@
 #include <bit>
 #include <cerrno>
 #include <charconv>
-#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -115,13 +114,7 @@ std::int64_t bytes_left(std::ifstream& file) {
   return static_cast<std::int64_t>(end - here);
 }
 
-// What the header's type says: '<f4' is little-endian, a float, of 4 bytes.
-struct NumberType {
-  bool big_endian = false;
-  char kind = 'f';  // f: float, i: integer, u: unsigned integer
-  int bytes = 4;
-};
-
+// '<f4' is little-endian, a float, of 4 bytes.
 NumberType parse_type(const std::string& type, const std::string& path) {
   static constexpr std::string_view known[] = {"f2", "f4", "f8", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"};
   const bool one_byte = type.ends_with("1");
@@ -129,54 +122,10 @@ NumberType parse_type(const std::string& type, const std::string& path) {
   if (!ordered || std::find(std::begin(known), std::end(known), type.substr(1)) == std::end(known)) {
     throw UserError(path, "type \"" + type + "\"; accepted: " + std::string(accepted_types));
   }
-  return {type[0] == '>', type[1], type[2] - '0'};
-}
-
-template <class Bits>
-Bits bits_at(const char* bytes, bool big_endian) {
-  std::array<char, sizeof(Bits)> copy{};
-  std::memcpy(copy.data(), bytes, sizeof(Bits));
-  if (big_endian) std::reverse(copy.begin(), copy.end());
-  return std::bit_cast<Bits>(copy);
-}
-
-double number_at(const char* bytes, const NumberType& type) {
-  switch (type.kind == 'f' ? -type.bytes : type.bytes) {
-    case -2:
-      return half_to_double(bits_at<std::uint16_t>(bytes, type.big_endian));
-    case -4:
-      return static_cast<double>(std::bit_cast<float>(bits_at<std::uint32_t>(bytes, type.big_endian)));
-    case -8:
-      return std::bit_cast<double>(bits_at<std::uint64_t>(bytes, type.big_endian));
-    case 1:
-      return type.kind == 'i' ? static_cast<signed char>(*bytes) : static_cast<unsigned char>(*bytes);
-    case 2: {
-      const std::uint16_t bits = bits_at<std::uint16_t>(bytes, type.big_endian);
-      return type.kind == 'i' ? static_cast<std::int16_t>(bits) : bits;
-    }
-    case 4: {
-      const std::uint32_t bits = bits_at<std::uint32_t>(bytes, type.big_endian);
-      return type.kind == 'i' ? static_cast<double>(static_cast<std::int32_t>(bits)) : static_cast<double>(bits);
-    }
-    default: {
-      const std::uint64_t bits = bits_at<std::uint64_t>(bytes, type.big_endian);
-      return type.kind == 'i' ? static_cast<double>(static_cast<std::int64_t>(bits)) : static_cast<double>(bits);
-    }
-  }
-}
-
-// Integers beyond 2^53 do not fit a double; 2^53 + 1 itself is rounded to 2^53, so the bits are looked at.
-bool is_exact(const char* bytes, const NumberType& type) {
-  if (type.kind == 'f' || type.bytes < 8) return true;
-  constexpr std::uint64_t most = std::uint64_t{1} << 53;
-  const std::uint64_t bits = bits_at<std::uint64_t>(bytes, type.big_endian);
-  const bool negative = type.kind == 'i' && bits >> 63 != 0;
-  return (negative ? std::uint64_t{0} - bits : bits) <= most;
-}
-
-std::string integer_text(const char* bytes, const NumberType& type) {
-  const std::uint64_t bits = bits_at<std::uint64_t>(bytes, type.big_endian);
-  return type.kind == 'i' ? std::to_string(static_cast<std::int64_t>(bits)) : std::to_string(bits);
+  const NumberType::Kind kind = type[1] == 'f'   ? NumberType::Kind::floating
+                                : type[1] == 'i' ? NumberType::Kind::signed_integer
+                                                 : NumberType::Kind::unsigned_integer;
+  return {kind, type[2] - '0', type[0] == '>'};
 }
 
 std::vector<double> read_values(std::ifstream& file, const Header& header, const NumberType& type,
@@ -242,21 +191,11 @@ std::string npy_shape_text(std::span<const std::int64_t> shape) {
   return text + ")";
 }
 
-double half_to_double(std::uint16_t bits) {
-  const int exponent = bits >> 10 & 31;
-  const int fraction = bits & 1023;
-  double value = exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(1024 + fraction, exponent - 25);
-  if (exponent == 31) {
-    value = fraction == 0 ? std::numeric_limits<double>::infinity() : std::numeric_limits<double>::quiet_NaN();
-  }
-  return bits >> 15 != 0 ? -value : value;
-}
-
 NpyArray read_npy(const std::string& path) {
   std::ifstream file = open_npy(path);
   Header header = read_header(file, path);
   const NumberType type = parse_type(header.type, path);
-  NpyArray array{{}, read_values(file, header, type, path), type.kind != 'f', type.bytes};
+  NpyArray array{{}, read_values(file, header, type, path), type};
   if (header.fortran_order && header.shape.size() > 1) array.values = from_fortran_order(array.values, header.shape);
   array.shape = std::move(header.shape);
   return array;

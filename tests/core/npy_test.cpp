@@ -143,8 +143,7 @@ TEST(Npy, ReadsHalfFloats) {
   const std::string path = temporary("half.npy");
   write_bytes(path, npy_file(dict("<f2", "(8,)"), raw(bits)));
   EXPECT_EQ(read_npy(path).values, values);
-  EXPECT_FALSE(read_npy(path).integers);
-  EXPECT_EQ(read_npy(path).bytes_per_value, 2);
+  EXPECT_EQ(read_npy(path).type, (NumberType{NumberType::Kind::floating, 2, false}));
   write_bytes(path, npy_file(dict(">f2", "(8,)"), reversed_raw(bits)));
   EXPECT_EQ(read_npy(path).values, values);
   EXPECT_TRUE(std::isinf(half_to_double(0xfc00)));

@@ -9,13 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "noiseloom/core/number_type.h"
+
 namespace noiseloom {
 
 struct NpyArray {
   std::vector<std::int64_t> shape;  // last dimension varies fastest; empty for a single number
   std::vector<double> values;       // every accepted type fits without loss; in C order, whatever the file's
-  bool integers = false;            // stored as integers
-  int bytes_per_value = 8;          // as stored
+  NumberType type;                  // as stored
 };
 
 // Reads floats of 16, 32 and 64 bits and integers of 8 to 64 bits, little or big endian, C or Fortran order, format 1
@@ -25,9 +26,6 @@ struct NpyArray {
 NpyArray read_npy(const std::string& path);
 // The shape alone; throws as read_npy does for what the header says wrong.
 std::vector<std::int64_t> read_npy_shape(const std::string& path);
-
-// The value of a float of 16 bits (IEEE 754 binary16).
-double half_to_double(std::uint16_t bits);
 
 // "(64, 128, 3)", as NumPy writes it.
 std::string npy_shape_text(std::span<const std::int64_t> shape);
