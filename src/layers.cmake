@@ -1,4 +1,4 @@
-# One library per layer (folder). A layer links only what stands below it; tests/core/layers_test.py checks the includes.
+# One library for each folder of layers.txt, linked with what its row says.
 
 add_library(noiseloom_flags INTERFACE)
 target_compile_options(noiseloom_flags INTERFACE
@@ -11,9 +11,19 @@ target_compile_options(noiseloom_flags INTERFACE
 target_link_options(noiseloom_flags INTERFACE
   $<$<BOOL:${NOISELOOM_SANITIZE}>:-fsanitize=address,undefined>)
 
-# noiseloom_layer(NAME DEPENDS public libraries... PRIVATE private libraries...)
-function(noiseloom_layer name)
-  cmake_parse_arguments(arg "" "" "DEPENDS;PRIVATE" ${ARGN})
+# What the words of the third column stand for. Random123 is headers alone.
+set(noiseloom_library_threads Threads::Threads)
+set(noiseloom_library_fmt fmt::fmt)
+set(noiseloom_library_random123)
+set(noiseloom_library_hdf5 PkgConfig::hdf5)
+set(noiseloom_library_xxhash PkgConfig::xxhash)
+set(noiseloom_library_mpi MPI::MPI_CXX)
+set(noiseloom_library_highway PkgConfig::highway)
+set(noiseloom_library_toml)
+set(noiseloom_library_oiio PkgConfig::oiio)
+set(noiseloom_library_fftw PkgConfig::fftw)
+
+function(noiseloom_layer name uses libraries)
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)
   add_library(noiseloom_${name} STATIC ${sources})
   add_library(noiseloom::${name} ALIAS noiseloom_${name})
@@ -22,6 +32,30 @@ function(noiseloom_layer name)
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_include_directories(noiseloom_${name} PRIVATE ${PROJECT_SOURCE_DIR}/src)
   target_compile_features(noiseloom_${name} PUBLIC cxx_std_20)
-  target_link_libraries(noiseloom_${name} PUBLIC ${arg_DEPENDS} PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:noiseloom_flags>)
+  foreach(use IN LISTS uses)
+    if(NOT use MATCHES "/")  # a single header needs no linking
+      target_link_libraries(noiseloom_${name} PUBLIC noiseloom_${use})
+    endif()
+  endforeach()
+  foreach(library IN LISTS libraries)
+    target_link_libraries(noiseloom_${name} PRIVATE ${noiseloom_library_${library}})
+  endforeach()
+  target_link_libraries(noiseloom_${name} PRIVATE fmt::fmt $<BUILD_INTERFACE:noiseloom_flags>)
   install(TARGETS noiseloom_${name} EXPORT noiseloom)
 endfunction()
+
+# Every folder of the table, from the bottom up.
+set(noiseloom_layers)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/layers.txt)
+file(STRINGS ${CMAKE_CURRENT_LIST_DIR}/layers.txt noiseloom_rows REGEX "^[a-z]")
+foreach(row IN LISTS noiseloom_rows)
+  string(REPLACE "|" ";" columns "${row}")
+  list(GET columns 0 name)
+  list(GET columns 1 uses)
+  list(GET columns 2 libraries)
+  string(STRIP "${name}" name)
+  string(REGEX MATCHALL "[a-z0-9_/]+" uses "${uses}")
+  string(REGEX MATCHALL "[a-z0-9_/]+" libraries "${libraries}")
+  list(APPEND noiseloom_layers ${name})
+  noiseloom_layer(${name} "${uses}" "${libraries}")
+endforeach()

@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "noiseloom/io/checkpoint.h"
+#include "noiseloom/run/checkpoint.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_job.h"
 #include "noiseloom_progress.h"

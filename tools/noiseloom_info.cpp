@@ -5,8 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <optional>
 
-#include "noiseloom/io/checkpoint.h"
-#include "noiseloom/io/order_checkpoint.h"
+#include "noiseloom/run/checkpoint.h"
+#include "noiseloom/run/order_checkpoint.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_progress.h"
 

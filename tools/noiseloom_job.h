@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "noiseloom/config/config.h"
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/dist/communicator.h"
-#include "noiseloom/io/config.h"
-#include "noiseloom/io/run_file.h"
+#include "noiseloom/files/run_file.h"
 #include "noiseloom_progress.h"
 
 namespace noiseloom {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <optional>
 
-#include "noiseloom/io/order_checkpoint.h"
-#include "noiseloom/optimize/order_samples.h"
+#include "noiseloom/construct/order_samples.h"
+#include "noiseloom/run/order_checkpoint.h"
 #include "noiseloom_job.h"
 
 namespace noiseloom {
@@ -128,8 +128,8 @@ double OrderJob::rms_moved() const {
   const Partition& partition = run_->partition();
   const int rank = communicator_->rank();
   const std::int64_t num_pixels = spec_.extents.num_cells();
-  OptimizerSpec volume_spec;
-  OptimizerSpec slice_spec;
+  OrderSpec volume_spec;
+  OrderSpec slice_spec;
   slice_spec.equalize = Equalize::slice;
   double sum = 0;
   for (SliceIndex slice = partition.begin(rank); slice < partition.end(rank); ++slice) {
@@ -151,7 +151,7 @@ std::vector<std::pair<std::string, std::string>> OrderJob::summary(double run_s)
       {"order", fmt::format("{} pixels; {} swaps of {} points before it", progress.num_ranked, progress.num_swaps,
                             progress.num_start_points)},
       {"effort", fmt::format("{} picks in this part, {}", picks_done_, duration_text(run_s))}};
-  if (config_.optimizer.equalize == Equalize::slice) {
+  if (config_.order.equalize == Equalize::slice) {
     lines.emplace_back("equalize", fmt::format("samples moved by {:.2g} (rms) from the volume's order", rms_moved()));
   }
   if (communicator_->size() > 1 && picks_done_ > 0) {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "noiseloom/io/checkpoint.h"
-#include "noiseloom/optimize/engine.h"
+#include "noiseloom/anneal/engine.h"
+#include "noiseloom/run/checkpoint.h"
 #include "noiseloom_job.h"
 
 namespace noiseloom {

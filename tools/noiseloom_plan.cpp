@@ -5,11 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 
+#include "noiseloom/anneal/engine_choices.h"
+#include "noiseloom/config/config.h"
 #include "noiseloom/dist/communicator.h"
 #include "noiseloom/dist/halo_plan.h"
-#include "noiseloom/io/config.h"
-#include "noiseloom/optimize/engine_choices.h"
-#include "noiseloom/problem/sample_space.h"
+#include "noiseloom/samples/sample_space.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_plan.h"
 #include "noiseloom_progress.h"

@@ -1,7 +1,7 @@
 // What plan prints for a method of its own.
 #pragma once
 
-#include "noiseloom/io/config.h"
+#include "noiseloom/config/config.h"
 
 namespace noiseloom {
 

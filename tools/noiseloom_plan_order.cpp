@@ -7,7 +7,7 @@
 #include <ctime>
 #include <limits>
 
-#include "noiseloom/io/order_checkpoint.h"
+#include "noiseloom/run/order_checkpoint.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_plan.h"
 #include "noiseloom_progress.h"
@@ -70,13 +70,13 @@ Measured measure(const VacSpec& spec) {
 
 void print_effects(const RunConfig& config, const VacSpec& spec) {
   const Extents& extents = spec.extents;
-  const OptimizerSpec& optimizer = config.optimizer;
+  const OrderSpec& order = config.order;
   fmt::print("texture    {} ({} pixels)\n", extents.to_string(), extents.num_cells());
   const std::string divisor =
-      std::to_string(optimizer.equalize == Equalize::slice ? extents.cells_per_slice() : extents.num_cells());
-  const char* whole = optimizer.equalize == Equalize::slice ? "every slice" : "the volume";
-  if (optimizer.bits > 0) {
-    fmt::print("samples    {} levels, equally often in {}\n", 1 << optimizer.bits, whole);
+      std::to_string(order.equalize == Equalize::slice ? extents.cells_per_slice() : extents.num_cells());
+  const char* whole = order.equalize == Equalize::slice ? "every slice" : "the volume";
+  if (order.bits > 0) {
+    fmt::print("samples    {} levels, equally often in {}\n", 1 << order.bits, whole);
   } else {
     fmt::print("samples    (rank in {} + 0.5) / {}, float32\n", whole, divisor);
   }

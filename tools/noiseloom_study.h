@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "noiseloom/io/config.h"
+#include "noiseloom/config/config.h"
 
 namespace noiseloom {
 

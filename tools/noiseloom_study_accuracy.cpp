@@ -10,9 +10,9 @@
 #include <memory>
 #include <string>
 
+#include "noiseloom/accuracy/accuracy_run.h"
+#include "noiseloom/config/config.h"
 #include "noiseloom/core/error.h"
-#include "noiseloom/io/config.h"
-#include "noiseloom/study/accuracy_run.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {

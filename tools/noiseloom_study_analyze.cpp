@@ -6,10 +6,10 @@
 #include <string>
 
 #include "noiseloom/core/parallel.h"
-#include "noiseloom/study/analyze.h"
-#include "noiseloom/study/output_files.h"
-#include "noiseloom/study/quality.h"
-#include "noiseloom/study/texture_file.h"
+#include "noiseloom/files/output_files.h"
+#include "noiseloom/image/texture_file.h"
+#include "noiseloom/measure/quality.h"
+#include "noiseloom/report/analyze.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {

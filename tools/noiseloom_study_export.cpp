@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "noiseloom/study/export.h"
+#include "noiseloom/image/export.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {

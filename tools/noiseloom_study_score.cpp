@@ -5,13 +5,13 @@
 #include <string>
 
 #include "noiseloom/core/error.h"
+#include "noiseloom/core/json.h"
 #include "noiseloom/core/parallel.h"
-#include "noiseloom/problem/sample_space.h"
-#include "noiseloom/study/json.h"
-#include "noiseloom/study/naming.h"
-#include "noiseloom/study/quality.h"
-#include "noiseloom/study/score_file.h"
-#include "noiseloom/study/texture_file.h"
+#include "noiseloom/image/naming.h"
+#include "noiseloom/image/texture_file.h"
+#include "noiseloom/measure/quality.h"
+#include "noiseloom/measure/score_file.h"
+#include "noiseloom/samples/sample_space.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {

@@ -1,10 +1,10 @@
 // The arguments that commands on textures share.
 #include <fmt/format.h>
 
+#include "noiseloom/config/stored_config.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/parallel.h"
-#include "noiseloom/io/checkpoint.h"
-#include "noiseloom/io/run_file.h"
+#include "noiseloom/files/run_file.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {
@@ -34,8 +34,7 @@ std::optional<RunConfig> config_of(const TextureArguments& arguments) {
   if (!looks_like_run_file(arguments.file))
     throw UserError("command line", "--set changes a config: give one with --config");
   const RunFileReader reader(arguments.file);
-  return parse_config(reader.content().config, arguments.file + ": /config",
-                      config_folder(reader.content(), arguments.file), arguments.overrides, MissingFiles::accepted);
+  return stored_config(reader.content(), arguments.file, arguments.overrides);
 }
 
 int threads_of(const TextureArguments& arguments) {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "compensated_sum.h"
-#include "overlap.h"
+#include "problem/compensated_sum.h"
+#include "problem/overlap.h"
 
 namespace noiseloom {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "noiseloom/core/npy.h"
-#include "overlap.h"
+#include "noiseloom/files/npy.h"
+#include "problem/overlap.h"
 
 namespace noiseloom {
 namespace {

@@ -12,10 +12,10 @@
 // the list and so are stratified too: 0.0011 of it at most on a line (FromBlocksOfStratifiedListsIsFarMoreExact).
 #include <vector>
 
-#include "compensated_sum.h"
-#include "mean_distance_blocks.h"
-#include "mean_distance_division.h"
 #include "noiseloom/problem/score.h"
+#include "problem/compensated_sum.h"
+#include "problem/mean_distance_blocks.h"
+#include "problem/mean_distance_division.h"
 
 namespace noiseloom {
 

@@ -1,10 +1,10 @@
-#include "mean_distance_blocks.h"
+#include "problem/mean_distance_blocks.h"
 
 #include <algorithm>
 #include <iterator>
 
-#include "compensated_sum.h"
-#include "score_distance.h"
+#include "problem/compensated_sum.h"
+#include "problem/score_distance.h"
 
 namespace noiseloom {
 namespace {

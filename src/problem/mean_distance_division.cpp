@@ -1,12 +1,12 @@
-#include "mean_distance_division.h"
+#include "problem/mean_distance_division.h"
 
 #include <algorithm>
 #include <numeric>
 #include <vector>
 
-#include "compensated_sum.h"
-#include "mean_distance_blocks.h"
 #include "noiseloom/core/random.h"
+#include "problem/compensated_sum.h"
+#include "problem/mean_distance_blocks.h"
 
 namespace noiseloom {
 namespace {

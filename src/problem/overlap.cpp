@@ -1,4 +1,4 @@
-#include "overlap.h"
+#include "problem/overlap.h"
 
 #include <algorithm>
 #include <cmath>

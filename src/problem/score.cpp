@@ -4,10 +4,10 @@
 #include <utility>
 #include <vector>
 
-#include "compensated_sum.h"
-#include "overlap.h"
-#include "score_distance.h"
-#include "score_row_simd.h"
+#include "problem/compensated_sum.h"
+#include "problem/overlap.h"
+#include "problem/score_distance.h"
+#include "problem/score_row_simd.h"
 
 namespace noiseloom {
 namespace {

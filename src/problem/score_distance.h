@@ -14,7 +14,7 @@ struct SampleRun {
   SampleRun from(std::size_t sample) const { return {values + sample, stride}; }
 };
 
-// sum_{i < count} of a distance, by the formulas of distance() in problem/sample_space.h. Eight partial sums in a fixed
+// sum_{i < count} of a distance, by the formulas of distance() in samples/sample_space.h. Eight partial sums in a fixed
 // order: the same bits whatever vector width the machine has.
 using RunSum = double (*)(SampleRun a, SampleRun b, std::size_t count, std::size_t channels);
 

@@ -1,6 +1,6 @@
 // The sums of scalars and circles, vectorised for each instruction set; which one runs is found at run time. Eight
 // partial sums in a fixed order and no fused operations: the bits do not depend on the instruction set.
-#include "score_row_simd.h"
+#include "problem/score_row_simd.h"
 
 #include <algorithm>
 #include <iterator>

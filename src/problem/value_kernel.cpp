@@ -1,7 +1,7 @@
 #include "noiseloom/problem/value_kernel.h"
 
 #include "noiseloom/core/math.h"
-#include "noiseloom/problem/sample_space.h"
+#include "noiseloom/samples/sample_space.h"
 
 namespace noiseloom {
 

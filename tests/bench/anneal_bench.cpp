@@ -10,12 +10,12 @@
 #include <numeric>
 #include <string>
 
+#include "anneal/tap_plan.h"
 #include "bench/machine_limits.h"
 #include "bench/ratio_table.h"
+#include "noiseloom/anneal/slice_mover.h"
 #include "noiseloom/core/random.h"
-#include "noiseloom/optimize/slice_mover.h"
-#include "noiseloom/problem/sample_space.h"
-#include "optimize/tap_plan.h"
+#include "noiseloom/samples/sample_space.h"
 
 namespace noiseloom {
 namespace {

@@ -12,7 +12,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "optimize/judge-inl.h"
+#include "anneal/judge-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::HWY_NAMESPACE {

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <string>
 
-#include "noiseloom/optimize/void_and_cluster.h"
+#include "noiseloom/construct/void_and_cluster.h"
 
 using namespace noiseloom;
 

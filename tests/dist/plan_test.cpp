@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <set>
 
+#include "noiseloom/core/partition.h"
 #include "noiseloom/dist/halo_plan.h"
-#include "noiseloom/dist/partition.h"
 
 namespace noiseloom {
 namespace {

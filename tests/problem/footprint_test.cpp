@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <numeric>
 
-#include "noiseloom/core/npy.h"
+#include "noiseloom/files/npy.h"
 #include "support/filter_specs.h"
 #include "support/oracle.h"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "noiseloom/problem/footprint.h"
-#include "noiseloom/problem/sample_space.h"
 #include "noiseloom/problem/score.h"
+#include "noiseloom/samples/sample_space.h"
 #include "support/filter_specs.h"
 
 namespace noiseloom {

@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "noiseloom/core/math.h"
-#include "noiseloom/problem/sample_space.h"
 #include "noiseloom/problem/value_kernel.h"
+#include "noiseloom/samples/sample_space.h"
 
 namespace noiseloom {
 namespace {

@@ -1,59 +1,150 @@
-"""A folder is a layer: includes point downward, mpi.h is seen by dist alone, HDF5 by io and images by study."""
+"""Includes hold to src/layers.txt, and the programs to what they may be linked with."""
 
 import pathlib
 import re
+import subprocess
 import unittest
 
-from support import SOURCE, main
+from support import BIN, SOURCE, main
 
-LAYERS = ["core", "problem", "dist", "optimize", "io", "study"]
-LIBRARIES = {
-    "mpi.h": {"dist"},
-    "hdf5.h": {"io"},
-    "H5": {"io"},
-    "OpenImageIO/": {"study"},
-    "fftw3.h": {"study"},
-    "hwy/": {"problem", "optimize"},
-    "toml++/": {"io"},
-    "xxhash.h": {"io"},
-    "Random123/": {"core"},
+# The headers of the libraries that the table names.
+HEADERS = {
+    "random123": ("Random123/",),
+    "fmt": ("fmt/",),
+    "threads": ("thread", "mutex", "condition_variable", "barrier", "latch", "future"),
+    "hdf5": ("hdf5.h", "H5"),
+    "xxhash": ("xxhash.h",),
+    "mpi": ("mpi.h",),
+    "highway": ("hwy/",),
+    "toml": ("toml++/",),
+    "oiio": ("OpenImageIO/",),
+    "fftw": ("fftw3.h",),
 }
+EVERYWHERE = {"fmt", "threads"}
+
+
+def read_table():
+    """folder -> (what it may use, its libraries)"""
+    table = {}
+    for line in (SOURCE / "src/layers.txt").read_text().splitlines():
+        if line.strip() and not line.startswith("#"):
+            name, uses, libraries, sentence = (column.strip() for column in line.split("|"))
+            assert sentence, f"{name} has no sentence"
+            table[name] = (uses.split(), libraries.split())
+    return table
+
+
+def closure(table, name):
+    """Folders and single headers that a folder may include: what its row says and what those may use."""
+    seen = {name}
+    waiting = [use for use in table[name][0]]
+    while waiting:
+        use = waiting.pop()
+        if use not in seen:
+            seen.add(use)
+            waiting += table.get(use, ([], []))[0]
+    return seen
+
+
+def includes(path):
+    return re.findall(r'^\s*#\s*include\s*["<]([^">]+)[">]', path.read_text(), re.MULTILINE)
+
+
+def sources(*roots):
+    for root in roots:
+        for path in sorted((SOURCE / root).rglob("*")):
+            if path.suffix in (".h", ".cpp"):
+                yield path
 
 
 class Layers(unittest.TestCase):
-    def files(self):
-        for root in ("include/noiseloom", "src"):
-            for path in sorted((SOURCE / root).rglob("*")):
-                if path.suffix in (".h", ".cpp"):
-                    yield path, path.relative_to(SOURCE / root).parts[0]
+    def setUp(self):
+        self.table = read_table()
 
-    def includes(self, path):
-        return re.findall(r'^\s*#\s*include\s*["<]([^">]+)[">]', path.read_text(), re.MULTILINE)
+    def folder(self, path):
+        for root in ("include/noiseloom", "src", "tests"):
+            if (SOURCE / root) in path.parents:
+                return path.relative_to(SOURCE / root).parts[0]
+        return None
 
-    def test_includes_point_downward(self):
+    def target(self, include):
+        """The folder of ours that an include names and the header within it, or None."""
+        parts = pathlib.PurePosixPath(include).with_suffix("").parts
+        parts = parts[1:] if parts[0] == "noiseloom" else parts
+        return (parts[0], "/".join(parts)) if parts and parts[0] in self.table else None
+
+    def check(self, path, allowed):
         checked = 0
-        for path, layer in self.files():
-            for include in self.includes(path):
+        for include in includes(path):
+            target = self.target(include)
+            if target:
+                checked += 1
+                self.assertTrue(allowed & set(target), f"{path} includes {include}")
+        return checked
+
+    def test_rows_name_rows_above_them(self):
+        known = set()
+        for name, (uses, libraries) in self.table.items():
+            for use in uses:
+                self.assertIn(use.split("/")[0], known, f"{name} uses {use}")
+            self.assertLessEqual(set(libraries), set(HEADERS), name)
+            known.add(name)
+
+    def test_every_folder_has_a_row(self):
+        for root in ("include/noiseloom", "src"):
+            for path in (SOURCE / root).iterdir():
+                if path.is_dir():
+                    self.assertIn(path.name, self.table, f"{path} has no row in src/layers.txt")
+
+    def test_includes_hold_to_the_table(self):
+        checked = 0
+        for path in sources("include/noiseloom", "src"):
+            checked += self.check(path, closure(self.table, self.folder(path)))
+        self.assertGreater(checked, 300)
+
+    def test_tests_use_what_their_folder_may(self):
+        checked = 0
+        for path in sources("tests"):
+            if self.folder(path) in self.table:
+                checked += self.check(path, closure(self.table, self.folder(path)))
+        self.assertGreater(checked, 100)
+
+    def test_tools_reach_through_public_headers(self):
+        for path in sources("tools"):
+            for include in includes(path):
                 parts = pathlib.PurePosixPath(include).parts
-                target = parts[1] if parts[0] == "noiseloom" else parts[0]
-                if target in LAYERS:
-                    checked += 1
-                    self.assertLessEqual(LAYERS.index(target), LAYERS.index(layer), f"{path} includes {include}")
-        self.assertGreater(checked, 50)
+                self.assertNotIn(parts[0], self.table, f"{path} includes {include}")
 
-    def test_libraries_stay_in_their_layer(self):
-        for path, layer in self.files():
-            for include in self.includes(path):
-                for library, homes in LIBRARIES.items():
-                    if include.startswith(library):
-                        self.assertIn(layer, homes, f"{path} includes {include}")
+    def test_private_headers_stay_in_their_folder(self):
+        for path in sources("include/noiseloom", "src"):
+            for include in includes(path):
+                first = pathlib.PurePosixPath(include).parts[0]
+                if first in self.table:
+                    self.assertNotIn("include", path.relative_to(SOURCE).parts, f"{path} includes {include}")
+                    self.assertEqual(first, self.folder(path), f"{path} includes {include}")
 
-    def test_public_headers_do_not_show_private_ones(self):
-        for path, layer in self.files():
-            if "include" not in path.relative_to(SOURCE).parts:
-                continue
-            for include in self.includes(path):
-                self.assertNotIn(pathlib.PurePosixPath(include).parts[0], LAYERS, f"{path} includes {include}")
+    def test_libraries_stay_in_their_folders(self):
+        for path in sources("include/noiseloom", "src"):
+            allowed = set(self.table[self.folder(path)][1]) | EVERYWHERE
+            for include in includes(path):
+                for library, headers in HEADERS.items():
+                    if library not in allowed:
+                        self.assertFalse(include.startswith(headers), f"{path} includes {include}")
+
+    def test_folders_of_images_know_no_ranks(self):
+        for folder in ("image", "measure", "report"):
+            self.assertNotIn("dist", closure(self.table, folder))
+
+
+class Programs(unittest.TestCase):
+    def libraries(self, program):
+        return subprocess.run(["ldd", BIN / program], check=True, capture_output=True, text=True).stdout
+
+    def test_the_generator_links_no_image_library(self):
+        listed = self.libraries("noiseloom")
+        self.assertIn("libmpi", listed)
+        self.assertNotIn("OpenImageIO", listed)
+        self.assertNotIn("libfftw3", listed)
 
 
 if __name__ == "__main__":

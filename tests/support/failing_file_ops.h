@@ -8,7 +8,7 @@
 #include <string>
 
 #include "noiseloom/core/error.h"
-#include "noiseloom/io/file_ops.h"
+#include "noiseloom/files/file_ops.h"
 
 namespace noiseloom {
 

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "noiseloom/core/extents.h"
-#include "noiseloom/core/npy.h"
 #include "noiseloom/core/random.h"
+#include "noiseloom/files/npy.h"
 #include "noiseloom/problem/footprint.h"
 #include "noiseloom/problem/spec.h"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "noiseloom/io/run_file.h"
+#include "noiseloom/files/run_file.h"
 
 namespace noiseloom {
 

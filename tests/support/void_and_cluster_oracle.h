@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "noiseloom/construct/void_and_cluster.h"
 #include "noiseloom/core/math.h"
-#include "noiseloom/optimize/void_and_cluster.h"
 
 namespace noiseloom::oracle {
 

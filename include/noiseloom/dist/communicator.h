@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "noiseloom/core/error.h"
-#include "noiseloom/dist/partition.h"
+#include "noiseloom/core/partition.h"
 
 namespace noiseloom {
 

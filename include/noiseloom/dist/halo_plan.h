@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "noiseloom/core/extents.h"
-#include "noiseloom/dist/partition.h"
+#include "noiseloom/core/partition.h"
 
 namespace noiseloom {
 

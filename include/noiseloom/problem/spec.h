@@ -1,4 +1,5 @@
-// What the user asked for, as plain values: the part of a config that defines the problem (not how it is solved).
+// What the user asked for, as plain values: the part of a config that defines the problem (not how it is solved). What
+// a pixel holds stands in samples/spec.h.
 #pragma once
 
 #include <cstdint>
@@ -6,19 +7,9 @@
 #include <vector>
 
 #include "noiseloom/core/extents.h"
+#include "noiseloom/samples/spec.h"
 
 namespace noiseloom {
-
-enum class SampleKind { uniform, tent, gauss, circle, vector, sphere, hemisphere, hemisphere_cosine, disk, file };
-enum class DistanceKind { absolute, circle, euclidean, angle };
-
-struct SampleSpec {
-  SampleKind kind = SampleKind::uniform;
-  int channels = 1;  // vector: 2..8; file: found in the file; else fixed by the kind
-  std::string file;  // file: a .npy of shape [n], [n, C] (one list for all slices), [S, n] or
-                     // [S, n, C] (one per slice, in slice order); n = cells per slice
-  DistanceKind distance = DistanceKind::euclidean;  // file only: how its samples are compared
-};
 
 enum class KernelKind { box, gauss, binomial, ema, table, gauss_energy };
 

@@ -1,0 +1,108 @@
+// One visit of one slice, or of a tile of it: candidate pairs are drawn, judged against a frozen copy of everything
+// around, and swapped. What comes out is the list of swaps, in order; whoever holds the slice applies it.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "noiseloom/anneal/swap_delta.h"
+#include "noiseloom/dist/halo_exchange.h"
+
+namespace noiseloom {
+
+struct Visit {
+  SliceIndex slice = 0;
+  std::uint32_t sweep = 0;
+  std::uint64_t seed = 0;
+  std::int64_t iterations = 1;  // anneal: n / 2 candidates each, for n cells of the slice
+  int tile = 0;                 // anneal: makes the candidates of one of `num_tiles` equal shares
+  int num_tiles = 1;
+  Corner corner{};  // of the tile; its size is that of the SwapDelta
+};
+
+struct VisitResult {
+  std::vector<Swap> swaps;  // in order
+  std::int64_t num_swaps = 0;
+  std::int64_t candidates = 0;
+  double energy = 0;  // anneal: sum of dE of the swaps
+};
+
+// How far partners lie: between n / near and n / far ids, for n samples; near >= far >= 2.
+struct StepRange {
+  double near;
+  double far = 2;
+};
+
+// Partners that are near in sample space: ids (positions in a locality-preserving order of the slice's samples) whose
+// distance is drawn log-uniformly from a StepRange, and is at least 1. Ids end at a mirror, or close to a ring.
+class PartnerDraw {
+ public:
+  PartnerDraw(std::int64_t num_samples, StepRange range, bool circular);
+
+  std::int64_t num_samples() const { return num_samples_; }
+  float lowest_step() const { return lowest_step_; }
+  float log2_ratio() const { return log2_ratio_; }  // of the largest step to the lowest
+  // The id that is `step` away from `id`, |step| <= num_samples / 2 + 1.
+  std::uint32_t partner(std::uint32_t id, std::int32_t step) const {
+    const std::int64_t other = std::int64_t{id} + step;
+    const std::int64_t last = num_samples_ - 1;
+    if (circular_) {
+      return static_cast<std::uint32_t>(other < 0 ? other + num_samples_ : other > last ? other - num_samples_ : other);
+    }
+    const std::int64_t above = other < 0 ? -other : other;
+    return static_cast<std::uint32_t>(above > last ? std::max<std::int64_t>(0, 2 * last - above) : above);
+  }
+
+ private:
+  std::int64_t num_samples_;
+  bool circular_;
+  float lowest_step_;
+  float log2_ratio_;
+};
+
+// The cells of a window in the order of their samples' ids, which is all that partners need to know of them.
+std::vector<std::uint32_t> cells_by_id(const FieldLayout& slice, Corner corner, const FieldLayout& window,
+                                       std::span<const std::uint32_t> permutation);
+
+// Metropolis at one temperature; candidates in order, each seeing the swaps before it. temperature 0
+// accepts improvements and ties only. Partners are looked up for sixteen candidates at a time (proposals.h).
+class AnnealMover {
+ public:
+  explicit AnnealMover(std::unique_ptr<SwapDelta> delta);
+  // `partners` is for as many samples as the window of the SwapDelta has; the swaps are of cells of the slice.
+  VisitResult visit(const Visit& visit, double temperature, const PartnerDraw& partners, const SliceField& field,
+                    std::span<const std::uint32_t> permutation, const FieldOf& others);
+  // Memory for the swaps of the next visit.
+  void recycle(std::vector<Swap> swaps) { spare_ = std::move(swaps); }
+  // Mean |dE| of `count` candidates of the visit, none of them carried out.
+  double mean_magnitude(const Visit& visit, std::int64_t count, const PartnerDraw& partners, const SliceField& field,
+                        std::span<const std::uint32_t> permutation, const FieldOf& others);
+
+ private:
+  struct Batch;
+  void load(const Visit& visit, const SliceField& field, std::span<const std::uint32_t> permutation);
+  void draw(const Visit& visit, std::uint64_t first, std::uint64_t end, const PartnerDraw& partners,
+            Batch& batch) const;
+  void carry_out(CellPair pair);
+
+  std::unique_ptr<SwapDelta> delta_;
+  std::vector<std::uint32_t> id_at_;    // position of the sample of a cell among those of the window
+  std::vector<std::uint32_t> cell_of_;  // and the other way round
+  std::vector<Swap> spare_;
+  std::size_t num_swaps_ = 0;  // of the visit before: about as many as of the next
+};
+
+// The paper's step [FAST24, section 4.1]: every cell is paired with another by a random involution, all pairs are
+// judged from the frozen state, and of a random fraction gamma of them those are swapped that lower the energy.
+class PairingMover {
+ public:
+  explicit PairingMover(std::unique_ptr<SwapDelta> delta) : delta_(std::move(delta)) {}
+  VisitResult visit(const Visit& visit, double fraction, const SliceField& field, const FieldOf& others);
+
+ private:
+  std::unique_ptr<SwapDelta> delta_;
+};
+
+}  // namespace noiseloom

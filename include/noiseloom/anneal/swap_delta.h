@@ -1,0 +1,55 @@
+// The change of the energy when two samples of a slice change places.
+//
+//   E = sum over ordered pairs j != k of F(j - k) K(s_j, s_k)
+//   dE = 2 sum_{k != i, j} (F(i - k) - F(j - k)) (K(s_j, s_k) - K(s_i, s_k))          [FAST24, eq. 8, for any K]
+//
+// evaluated as two sums over the footprint, centred at i and at j, less the term of the pair itself.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "noiseloom/anneal/feature_map.h"
+#include "noiseloom/anneal/slice_field.h"
+#include "noiseloom/anneal/spec.h"
+#include "noiseloom/problem/footprint.h"
+#include "noiseloom/problem/value_kernel.h"
+
+namespace noiseloom {
+
+// The field of another slice of the texture, by index. Must stay valid and unchanged while a SwapDelta is bound.
+using FieldOf = std::function<const SliceField&(SliceIndex)>;
+
+struct CellPair {
+  std::uint32_t i;
+  std::uint32_t j;
+};
+
+// Evaluates one window of a slice at a time; one object per thread. Cells are those of the window, row after row.
+class SwapDelta {
+ public:
+  virtual ~SwapDelta() = default;
+  virtual const FieldLayout& layout() const = 0;  // of the window
+  // Copies the window at `corner` of the slice whose samples move, and takes a view of the slices around it.
+  virtual void bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others) = 0;
+  void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) { bind(slice, {}, own, others); }
+  // dE for swapping the samples of two cells. Where i = j: any finite number.
+  virtual double delta(CellPair pair) const = 0;
+  // Says that delta(pair) will be asked for soon.
+  virtual void prefetch(CellPair) const {}
+  // Carries the swap out in the copy.
+  virtual void swap(CellPair pair) = 0;
+};
+
+// dual: double, from the definitions. single: float, vectorised; the same bits on every machine. Float resolves angles
+// between directions to 4e-7, save within 1e-3 of the antipode.
+// between_slices: where given, slices other than the moving one act through these features (dual takes all taps all the
+// same; requires footprint.factors()); otherwise through all their taps. window: the whole slice if not given.
+// Footprint and map must outlive the object.
+std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision,
+                                           const FeatureMap* between_slices = nullptr,
+                                           std::optional<WindowSize> window = std::nullopt);
+
+}  // namespace noiseloom

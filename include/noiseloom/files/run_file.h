@@ -1,0 +1,147 @@
+// The run file: an HDF5 file that holds a texture, the config that made it, its history and the state to go on from.
+//
+//   /                     attributes format, axes ("x y t"), extents (int64, in that order)
+//   /samples              float32 [slice axes..., y, x, channel]
+//   /pdf                  float32 [slice axes..., y, x], where the density varies
+//   /order                uint32 or uint64 [slice axes..., y, x] (void and cluster)
+//   /config               text
+//   /history/<column>     float64 [rows]
+//   /state                attributes, and datasets per slice
+//   /checksum/<dataset>   uint64 [slices]: XXH64 of each slice's bytes; /checksum's attribute <dataset> is the XXH64 of
+//                         that list, as 16 hexadecimal digits
+//   /provenance           attributes, and seconds (linked from /history); may differ between equal runs
+//
+// All data contiguous and little-endian. The same content gives the same bytes except /provenance and what counts or
+// digests its bytes.
+//
+// A user block before the HDF5 signature holds text: "noiseloom run file", format, length of the file, where each
+// dataset's bytes lie, digests of everything that no slice checksum covers, and a digest of the block itself. Damage is
+// so found and named before HDF5 parses a byte. Its lines are described in src/files/run_file_block.h.
+//
+// One writer, the serial HDF5 driver, all bytes through FileOps (a virtual file driver). Published whole or not at all:
+// unique temporary name, close, digest, fsync, rename the old generation to PATH.prev, rename, fsync of the directory.
+// Between the two renames, and at no other moment, PATH is missing and the newest good generation is PATH.prev.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "noiseloom/core/error.h"
+#include "noiseloom/core/extents.h"
+#include "noiseloom/files/file_ops.h"
+
+namespace noiseloom {
+
+enum class ElementType { float32, uint32, uint64 };
+
+std::size_t bytes_per_element(ElementType type);
+
+// A dataset with one block of cells per slice: [slice axes..., y, x] and, with `channel_axis`, [..., channel].
+struct SliceDataset {
+  std::string name;  // "/samples", "/state/permutation"
+  ElementType type = ElementType::float32;
+  int channels = 1;  // more than 1 only with channel_axis
+  bool channel_axis = false;
+
+  friend bool operator==(const SliceDataset&, const SliceDataset&) = default;
+};
+
+std::size_t bytes_per_slice(const SliceDataset& dataset, const Extents& extents);
+
+using Attribute = std::variant<std::int64_t, double, std::string>;  // text without trailing zero bytes
+
+struct RunFileContent {
+  Extents extents;
+  std::string config;  // effective, TOML
+  std::vector<SliceDataset> datasets;
+  std::map<std::string, Attribute> state;  // /state attributes
+  std::vector<std::pair<std::string, std::vector<double>>>
+      history;  // columns of equal length; "seconds" is stored under
+                // /provenance and linked from /history, as it may differ
+  std::map<std::string, Attribute> provenance;
+  // Dataset name to its combined checksum (16 hexadecimal digits). Filled by the reader, ignored by the writer.
+  std::map<std::string, std::string> checksums;
+};
+
+class RunFileWriter {
+ public:
+  // Creates the temporary file beside `path`. Throws EnvironmentError.
+  RunFileWriter(FileOps& ops, std::string path, const RunFileContent& content);
+  ~RunFileWriter();  // removes the temporary file unless published
+  // The bytes of one slice of one dataset (file layout). Each slice of each dataset exactly once, in any order.
+  void write_slice(int dataset, SliceIndex slice, std::span<const std::byte> bytes);
+  // Closes, digests, syncs, keeps the old generation as PATH.prev, renames, syncs the directory. Where it throws, the
+  // generations that were there are still there (and, if only the last sync failed, the new one is at PATH). Whatever
+  // is at PATH becomes PATH.prev: where that is damaged, call restore_previous_generation first.
+  void publish();
+  // The combined checksum of a dataset, 16 hexadecimal digits. Requires that all its slices have been written.
+  std::string checksum(int dataset) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// A run file that was good once and is no more: empty, truncated or with changed bytes. The previous generation may
+// help.
+class DamagedRunFile : public UserError {
+  using UserError::UserError;
+};
+
+class RunFileReader {
+ public:
+  // Verifies digests first. Throws DamagedRunFile, saying what and where; UserError when the file is missing, not a run
+  // file or of a newer format; EnvironmentError when it cannot be read.
+  explicit RunFileReader(const std::string& path);
+  ~RunFileReader();
+  RunFileReader(RunFileReader&&) noexcept;
+  const RunFileContent& content() const;
+  // Index into content().datasets, or -1.
+  int dataset(const std::string& name) const;
+  void read_slice(int dataset, SliceIndex slice, std::span<std::byte> bytes) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// True where the file begins like a run file (cheap; no verification).
+bool looks_like_run_file(const std::string& path);
+
+// The name of the generation before the one at `path`.
+std::string previous_generation(const std::string& path);
+
+// For a run that goes on from PATH.prev because PATH is damaged or missing: moves what is at PATH to PATH.damaged and
+// PATH.prev to PATH, so that the next checkpoint does not replace the one good generation by the damaged one.
+void restore_previous_generation(FileOps& ops, const std::string& path);
+
+// Holds an output for one run: PATH.lock, locked for the life of the object and freed by the system if the process
+// dies.
+class RunLock {
+ public:
+  // Throws UserError saying who holds it (host, process, since when), or that the folder does not exist;
+  // EnvironmentError, naming the folder, if it cannot be written.
+  explicit RunLock(const std::string& path);
+  ~RunLock();
+  RunLock(const RunLock&) = delete;
+  RunLock& operator=(const RunLock&) = delete;
+  // False where the file system has no locks: nothing then keeps a second run away, which the user should be told.
+  bool enforced() const { return enforced_; }
+
+ private:
+  int fd_ = -1;
+  std::string lock_path_;
+  bool enforced_ = true;
+};
+
+// Removes temporary files that killed runs left beside `path`. Call with the lock held.
+void remove_stale_temporaries(FileOps& ops, const std::string& path);
+
+}  // namespace noiseloom

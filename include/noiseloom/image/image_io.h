@@ -1,0 +1,55 @@
+// Writing image files (PNG, TIFF, OpenEXR, Radiance HDR) as bare numbers: no gamma, no premultiplication, no rescaling,
+// no mip levels. OpenImageIO does the formats; it is handed finished integers or floats. (image_reader.h reads them.)
+//
+// Pixels are interleaved, [y][x][channel], native byte order. An image may be written in blocks of equal size, stacked
+// downward (a strip) or as the parts of one OpenEXR file.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "noiseloom/image/encoding.h"
+
+namespace noiseloom {
+
+enum class PixelType { uint8, uint16, float32 };
+std::size_t bytes_per_number(PixelType type);
+std::string to_string(PixelType type);  // "8 bit", "16 bit", "float"
+
+struct ImageShape {
+  int width = 0;
+  int height = 0;
+  int channels = 0;
+  PixelType type = PixelType::uint8;
+  std::vector<std::string> channel_names;  // may be empty when writing
+  int alpha = -1;                          // index of the alpha channel, -1: none
+  std::size_t num_bytes() const;
+};
+
+enum class Stacking { down, parts };
+
+struct ImageJob {
+  ImageFormat format = ImageFormat::png;
+  ImageShape block;  // of one block
+  int num_blocks = 1;
+  Stacking stacking = Stacking::down;
+  std::string description;              // stored in the file's description field
+  std::vector<std::string> part_names;  // Stacking::parts: one per block
+};
+
+// The bytes of one block; valid until the next call.
+using BlockBytes = std::function<std::span<const std::byte>(int block)>;
+
+// Keeps the image library to the calling thread: textures are small, and every thread takes address space that may be
+// short. Called before anything is read or written.
+void use_one_image_thread();
+
+// Writes the file, then reads it back and compares, as a full disk is not always reported by image libraries; `blocks`
+// is called twice for each block. (hdr keeps 8 bits of each number: there only the size is compared.) The file must not
+// exist. Throws EnvironmentError with the library's own words; the file may then exist, incomplete.
+void write_image(const std::string& path, const ImageJob& job, const BlockBytes& blocks);
+
+}  // namespace noiseloom

@@ -1,0 +1,58 @@
+// Between a run of void and cluster and its run file.
+//
+// /order holds the rank of every pixel; while the run is not finished, the largest value of its type marks a pixel that
+// is off and has no rank yet, the one below it a pixel that is on and has none. /samples follows from it
+// (construct/order_samples.h): final where the pixel has a rank, NaN where it has none. With /state this is all that a
+// run is. /history has a row at every quarter of as many swaps as there are points, at the end of each phase, and at
+// every sixteenth of the ranks: at the same counts however the run is divided into steps, parts, ranks and threads.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "noiseloom/config/config.h"
+#include "noiseloom/construct/void_and_cluster.h"
+#include "noiseloom/dist/communicator.h"
+#include "noiseloom/files/order_codec.h"
+#include "noiseloom/files/run_file.h"
+
+namespace noiseloom {
+
+const char* vac_phase_name(VacPhase phase);  // "swap", "drain", "fill", "done"
+
+struct OrderRow {
+  double phase = 0;   // as in VacPhase
+  double swaps = 0;   // done so far
+  double ranked = 0;  // pixels that have a rank
+  double seconds = 0;
+};
+
+struct OrderState {
+  std::string phase;  // vac_phase_name
+  std::int64_t start_points = 0;
+  std::int64_t swaps = 0;
+  std::int64_t ranked = 0;
+  std::string finished;  // "order" when every pixel has its rank
+  std::vector<OrderRow> history;
+};
+
+// Adds the rows that fall between two moments of a run of `num_pixels` pixels.
+void add_order_rows(const VacProgress& before, const VacProgress& after, std::int64_t num_pixels, double seconds,
+                    std::vector<OrderRow>& history);
+
+// Its /state and /history. Throws UserError if they cannot be those of such a run.
+OrderState order_state(const RunFileContent& content);
+
+// Publishes the present state at `path`, like save_run. *Collective*
+std::string save_order_run(FileOps& ops, const std::string& path, const RunConfig& config, const VoidAndCluster& run,
+                           const std::vector<OrderRow>& history, const Communicator& communicator,
+                           const std::string& inputs, const std::map<std::string, Attribute>& provenance);
+
+// Brings `run` to the state of a run file, which rank 0 has opened (nullptr elsewhere), and returns its history on
+// every rank. Throws UserError on every rank if /order does not hold the pixels that /state counts, or the config asks
+// for another number of points. *Collective*
+std::vector<OrderRow> restore_order_run(const RunFileReader* file, const RunConfig& config, VoidAndCluster& run,
+                                        const Communicator& communicator);
+
+}  // namespace noiseloom

@@ -1,0 +1,99 @@
+#include "anneal/background.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "anneal/background_simd.h"
+
+namespace noiseloom {
+namespace {
+
+// Slices that weigh less than this share of the own one are left out: a long ring of frames would otherwise cost in
+// proportion to its length, for far less than what any rank misses. R and exact taps keep them.
+constexpr double negligible = 1e-4;
+
+Background::Filter make_filter(const Footprint::Factors& factors, const FieldLayout& layout) {
+  const auto width = static_cast<std::size_t>(2 * layout.reach_x + 1);
+  const auto height = static_cast<std::size_t>(2 * layout.reach_y + 1);
+  std::vector<double> table(width * height);
+  Background::Filter filter;
+  // Taps beyond the reach were cut off.
+  for (const PlaneTap& tap : factors.plane) {
+    if (std::abs(tap.dx) > layout.reach_x || std::abs(tap.dy) > layout.reach_y) continue;
+    table[static_cast<std::size_t>(tap.dy + layout.reach_y) * width +
+          static_cast<std::size_t>(tap.dx + layout.reach_x)] = tap.weight;
+    filter.taps.push_back(tap);
+  }
+  const auto centre_x = static_cast<std::size_t>(layout.reach_x);
+  const auto centre_y = static_cast<std::size_t>(layout.reach_y);
+  const double zero = table[centre_y * width + centre_x];
+  for (std::size_t y = 0; y < height; ++y) {
+    for (std::size_t x = 0; x < width; ++x) {
+      const double product = table[y * width + centre_x] * table[centre_y * width + x];
+      if (std::abs(product - table[y * width + x] * zero) > 1e-6 * zero * zero) return filter;
+    }
+  }
+  filter.taps.clear();
+  for (std::size_t x = 0; x < width; ++x) filter.along_x.push_back(static_cast<float>(table[centre_y * width + x]));
+  for (std::size_t y = 0; y < height; ++y) {
+    filter.along_y.push_back(static_cast<float>(table[y * width + centre_x] / zero));
+  }
+  return filter;
+}
+
+}  // namespace
+
+Background::Background(const Footprint& footprint, const FeatureMap& map, WindowSize window)
+    : footprint_(footprint),
+      map_(map),
+      layout_(footprint, map.channels(), window),
+      num_lanes_((map.num_features() + std::int64_t{block_lanes} - 1) / std::int64_t{block_lanes} *
+                 std::int64_t{block_lanes}),
+      filter_(make_filter(*footprint.factors(), layout_)),
+      mixing_(static_cast<std::size_t>(num_lanes_ * num_lanes_)),
+      sums_(static_cast<std::size_t>(layout_.plane_size * map.num_features())),
+      scratch_(sums_.size()),
+      cells_(static_cast<std::size_t>(2 * num_lanes_ * layout_.width * layout_.height) / block_lanes) {
+  for (const SliceTaps& slice : footprint.slices().subspan(1)) {
+    const auto& along = footprint.factors()->along;
+    const auto factor =
+        std::find_if(along.begin(), along.end(), [&](const auto& entry) { return entry.first == slice.offset; });
+    NOISELOOM_CHECK(factor != along.end());
+    if (std::abs(factor->second) < negligible * std::abs(along.front().second)) continue;
+    along_.emplace_back(slice.offset, static_cast<float>(factor->second));
+  }
+  const auto count = static_cast<std::size_t>(map.num_features());
+  for (std::size_t m = 0; m < count; ++m) {
+    for (std::size_t n = 0; n < count; ++n) {
+      mixing_[m * static_cast<std::size_t>(num_lanes_) + n] = static_cast<float>(map.mixing()[m * count + n]);
+    }
+  }
+}
+
+void Background::bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others) {
+  const int count = map_.num_features();
+  const int lanes = static_cast<int>(num_lanes_);
+  const WeightedField self[] = {{&own, 1}};
+  sum_features(map_, layout_, self, sums_.data());
+  gather_cells(layout_, nullptr, lanes, count, sums_.data(), 2 * num_lanes_, cells_.data()->lane);
+
+  std::vector<WeightedField> around;
+  if (!layout_.whole()) windows_.resize(along_.size(), SliceField(layout_));
+  for (std::size_t k = 0; k < along_.size(); ++k) {
+    const SliceField& other = others(footprint_.extents().slice_at(slice, along_[k].first));
+    if (!layout_.whole()) windows_[k].copy_window(other, corner);
+    around.push_back({layout_.whole() ? &other : &windows_[k], along_[k].second});
+  }
+  sum_features(map_, layout_, around, sums_.data());
+  fill_borders(layout_, count, sums_.data());
+  const float* filtered = filter_planes(filter_, layout_, count, sums_.data(), scratch_.data());
+  gather_cells(layout_, mixing_.data(), lanes, count, filtered, 2 * num_lanes_, cells_.data()->lane + num_lanes_);
+}
+
+void Background::swap(CellPair pair) {
+  float* const cells = cells_.data()->lane;
+  float* const i = cells + std::int64_t{pair.i} * 2 * num_lanes_;
+  std::swap_ranges(i, i + num_lanes_, cells + std::int64_t{pair.j} * 2 * num_lanes_);
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,54 @@
+// The pull of all other slices on the samples of one, at low rank, for filters that are a product over plane and slice
+// axes: F(dx, dy, o) = plane(dx, dy) along(o).
+//
+//   sum over the other slices of F (K(b, s) - K(a, s)), at i less at j  =  (f(b) - f(a)) . (B_i - B_j)
+//   B = A sum_d plane(d) sum_{o != 0} along(o) f(s at o, d)                      (FeatureMap)
+//
+// The cost of a candidate does not depend on the depth of the filter; binding a slice costs (slices + plane taps per
+// axis) x features a cell.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "anneal/tap_plan.h"
+#include "noiseloom/anneal/feature_map.h"
+#include "noiseloom/anneal/swap_delta.h"
+
+namespace noiseloom {
+
+class Background {
+ public:
+  // Requires footprint.factors(). Both must outlive the object.
+  Background(const Footprint& footprint, const FeatureMap& map, WindowSize window);
+
+  // `own`: the window at `corner` itself.
+  void bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others);
+  void swap(CellPair pair);
+
+  // A multiple of block_lanes; lanes past the map's features are zero.
+  std::int64_t num_lanes() const { return num_lanes_; }
+  // num_lanes() values of f of the sample at a cell, then as many of B there.
+  const float* at(Cell cell) const { return cells_.data()->lane + cell * 2 * num_lanes_; }
+
+  struct Filter {
+    std::vector<float> along_x;  // plane(d, 0), d = -reach..reach; empty where the plane is not separable
+    std::vector<float> along_y;  // plane(0, d) / plane(0, 0)
+    std::vector<PlaneTap> taps;  // all, where it is not
+  };
+
+ private:
+  const Footprint& footprint_;
+  const FeatureMap& map_;
+  FieldLayout layout_;  // of the window
+  std::int64_t num_lanes_;
+  std::vector<std::pair<Extents::SliceCoord, float>> along_;
+  Filter filter_;
+  std::vector<float> mixing_;  // A, rows of num_lanes
+  std::vector<float> sums_;    // [feature][plane with border]
+  std::vector<float> scratch_;
+  std::vector<BlockWeights> cells_;  // aligned, so that a cell's lie in as few cache lines as can be
+  std::vector<SliceField> windows_;  // of the other slices, where the window is not the whole slice
+};
+
+}  // namespace noiseloom

@@ -1,0 +1,178 @@
+// The swap delta in float, vectorised for each instruction set; which one runs is found at run time.
+#include "anneal/swap_delta_float.h"
+
+#include <optional>
+
+#include "anneal/background.h"
+#include "anneal/delta_fields.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "anneal/swap_delta_float.cpp"
+#include <hwy/cache_control.h>
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "anneal/judge-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace noiseloom::HWY_NAMESPACE {
+
+template <DistanceKind kind, ValueKernelKind value_kind, int C>
+class FloatDelta final : public SwapDelta {
+ public:
+  FloatDelta(const Footprint& footprint, const ValueKernel& kernel, WindowSize window, const FeatureMap* between_slices)
+      : fields_(footprint, C, window, between_slices == nullptr), unlike_(kernel) {
+    if (between_slices != nullptr) background_.emplace(footprint, *between_slices, window);
+  }
+
+  const FieldLayout& layout() const override { return fields_.layout(); }
+
+  void bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others) override {
+    fields_.bind(slice, corner, own, others);
+    if (background_) background_->bind(slice, corner, fields_.own(), others);
+  }
+  void swap(CellPair pair) override {
+    fields_.swap(pair.i, pair.j);
+    if (background_) background_->swap(pair);
+  }
+
+  // What lies in the nearer caches without that, planes of samples, is not worth the instructions.
+  void prefetch(CellPair pair) const override {
+    if (!background_) return;
+    const std::int64_t floats = 2 * background_->num_lanes();
+    for (const std::uint32_t cell : {pair.i, pair.j}) {
+      const float* at = background_->at(cell);
+      for (std::int64_t k = 0; k < floats; k += std::int64_t{block_lanes}) hwy::Prefetch(at + k);
+    }
+  }
+
+  double delta(CellPair pair) const override {
+    const DeltaFields::Position at_i = fields_.position(pair.i);
+    const DeltaFields::Position at_j = fields_.position(pair.j);
+    float a[C];
+    float b[C];
+    for (int c = 0; c < C; ++c) {
+      a[c] = fields_.own().plane(c)[at_i.in[DeltaFields::rows]];
+      b[c] = fields_.own().plane(c)[at_j.in[DeltaFields::rows]];
+    }
+    const Judge<kind, value_kind, C> judge(unlike_, a, b);
+    V sums[num_parts];
+    for (V& sum : sums) sum = hn::Zero(Floats());
+    for (const DeltaFields::Part& part : fields_.parts()) {
+      add(judge, *part.taps, part.samples + at_i.in[part.kind], part.samples + at_j.in[part.kind], part.plane_size,
+          sums);
+    }
+    if (background_) add_background(pair, judge.unit(), sums);
+    float sum = judge.scaled(fold(sums));
+    if (const float weight = fields_.pair_weight(at_i, at_j); weight != 0) sum -= weight * pair_term(a, b);
+    return 2 * static_cast<double>(sum);
+  }
+
+ private:
+  HWY_INLINE void add(const Judge<kind, value_kind, C>& judge, const TapBlocks& taps, const float* at_i,
+                      const float* at_j, std::int64_t plane_size, V (&sums)[num_parts]) const {
+    V i[C];
+    V j[C];
+    for (std::size_t k = 0; k < taps.full.size(); ++k) {
+      const float* from_i = at_i + taps.full[k];
+      const float* from_j = at_j + taps.full[k];
+      for (std::size_t p = 0; p < num_parts; ++p) {
+        for (int c = 0; c < C; ++c) {
+          i[c] = load_full(from_i + c * plane_size, p);
+          j[c] = load_full(from_j + c * plane_size, p);
+        }
+        const V weight = load_full(taps.full_weights[k].lane, p);
+        sums[p] = hn::Add(sums[p], hn::Mul(weight, judge.term(i, j)));
+      }
+    }
+    for (std::size_t k = 0; k < taps.split.size(); ++k) {
+      const auto [low, high] = taps.split[k];
+      for (std::size_t p = 0; p < num_parts; ++p) {
+        for (int c = 0; c < C; ++c) {
+          i[c] = load_split(at_i + low + c * plane_size, at_i + high + c * plane_size, p);
+          j[c] = load_split(at_j + low + c * plane_size, at_j + high + c * plane_size, p);
+        }
+        const V weight = load_full(taps.split_weights[k].lane, p);
+        sums[p] = hn::Add(sums[p], hn::Mul(weight, judge.term(i, j)));
+      }
+    }
+  }
+
+  HWY_INLINE void add_background(CellPair pair, float unit, V (&sums)[num_parts]) const {
+    const auto lanes = static_cast<std::size_t>(background_->num_lanes());
+    const float* i = background_->at(pair.i);
+    const float* j = background_->at(pair.j);
+    for (std::size_t n = 0; n < lanes; n += block_lanes) {
+      for (std::size_t p = 0; p < num_parts; ++p) {
+        const V features = hn::Sub(load_full(j + n, p), load_full(i + n, p));
+        const V pulls = hn::Sub(load_full(i + lanes + n, p), load_full(j + lanes + n, p));
+        sums[p] = hn::Add(sums[p], hn::Mul(set(unit), hn::Mul(features, pulls)));
+      }
+    }
+  }
+
+  // What the sums hold of i and j themselves: K(a, a) + K(b, b) - 2 K(a, b).
+  HWY_NOINLINE float pair_term(const float (&a)[C], const float (&b)[C]) const {
+    V va[C];
+    V vb[C];
+    for (int c = 0; c < C; ++c) {
+      va[c] = set(a[c]);
+      vb[c] = set(b[c]);
+    }
+    const float ab = hn::GetLane(unlike_(va, vb));
+    return 2 * ab - hn::GetLane(unlike_(va, va)) - hn::GetLane(unlike_(vb, vb));
+  }
+
+  DeltaFields fields_;
+  std::optional<Background> background_;
+  Unlikeness<kind, value_kind, C> unlike_;
+};
+
+template <DistanceKind kind, int C>
+std::unique_ptr<SwapDelta> with_value_kind(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
+                                           const FeatureMap* map) {
+  if (kernel.kind == ValueKernelKind::distance) {
+    return std::make_unique<FloatDelta<kind, ValueKernelKind::distance, C>>(footprint, kernel, window, map);
+  }
+  return std::make_unique<FloatDelta<kind, ValueKernelKind::stbn, C>>(footprint, kernel, window, map);
+}
+
+template <DistanceKind kind, int C, int last>
+std::unique_ptr<SwapDelta> with_channels(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
+                                         const FeatureMap* map) {
+  if (kernel.channels == C) return with_value_kind<kind, C>(footprint, kernel, window, map);
+  if constexpr (C < last) return with_channels<kind, C + 1, last>(footprint, kernel, window, map);
+  NOISELOOM_CHECK_LE(kernel.channels, last);
+  return nullptr;
+}
+
+std::unique_ptr<SwapDelta> make(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
+                                const FeatureMap* map) {
+  switch (kernel.distance) {
+    case DistanceKind::absolute:
+      return with_value_kind<DistanceKind::absolute, 1>(footprint, kernel, window, map);
+    case DistanceKind::circle:
+      return with_value_kind<DistanceKind::circle, 1>(footprint, kernel, window, map);
+    case DistanceKind::angle:
+      return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel, window, map);
+    case DistanceKind::euclidean:
+      break;
+  }
+  return with_channels<DistanceKind::euclidean, 1, 8>(footprint, kernel, window, map);
+}
+
+}  // namespace noiseloom::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace noiseloom {
+
+HWY_EXPORT(make);
+
+std::unique_ptr<SwapDelta> make_float_delta(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
+                                            const FeatureMap* between_slices) {
+  return HWY_DYNAMIC_DISPATCH(make)(footprint, kernel, window, between_slices);
+}
+
+}  // namespace noiseloom
+#endif

@@ -1,0 +1,332 @@
+#include "config/settings.h"
+
+namespace noiseloom::settings {
+namespace {
+
+constexpr Word sample_table[] = {
+    {"uniform", "one value in [0, 1)", "scalar real white vector1 vec1"},
+    {"tent", "one value, triangular density", "triangle triangular"},
+    {"gauss", "one value, normal density", "gaussian normal"},
+    {"circle", "one value in [0, 1) that wraps around", "angle ring toroidal"},
+    {"vector2", "a point of the unit square", "vec2 uniform2 square vector"},
+    {"vector3", "a point of the unit cube", "vec3 uniform3 cube"},
+    {"vector4", "four values in [0, 1)", "vec4 uniform4"},
+    {"vector5", "five values in [0, 1)", "vec5"},
+    {"vector6", "six values in [0, 1)", "vec6"},
+    {"vector7", "seven values in [0, 1)", "vec7"},
+    {"vector8", "eight values in [0, 1)", "vec8"},
+    {"sphere", "a unit vector, any direction", "direction unit-vector unitvec"},
+    {"hemisphere", "a unit vector with z >= 0, uniform", "hemisphere-uniform"},
+    {"hemisphere-cosine", "a unit vector with z >= 0, density cos / pi", "cosine cosine-hemisphere lambert"},
+    {"disk", "a point of the unit disk", "disc lens"},
+};
+
+constexpr Word distance_table[] = {
+    {"absolute", "|a - b| (one channel)", "abs scalar"},
+    {"circle", "around a circle of circumference 1 (one channel)", "toroidal wrap"},
+    {"euclidean", "length of the difference", "l2 length"},
+    {"angle", "angle between unit vectors (two to four channels)", "sphere angular"},
+};
+
+constexpr Word combine_table[] = {
+    {"product", "one filter over all axes: what a denoiser does that blurs in space and accumulates over time",
+     "multiply separable"},
+    {"sum", "each group on its own: good over space, and good over time for a pixel that is looked at alone",
+     "separate add"},
+};
+
+constexpr Word kernel_table[] = {
+    {"box", "mean of `size` pixels along each axis", "mean average blur uniform"},
+    {"gauss", "Gaussian, integrated over each pixel", "gaussian normal"},
+    {"binomial", "n + 1 binomial coefficients along each axis; n = 2 is 1 2 1", "pascal tent"},
+    {"ema", "exponential moving average of a temporal accumulation that rejects its history now and then",
+     "exponential exp taa temporal history"},
+    {"table", "taps from a file", "file custom taps"},
+    {"gauss-energy", "exp(-r^2 / 2 sigma^2) as the energy itself: the blue noise of void and cluster",
+     "bluenoise blue-noise blue stbn void-and-cluster gaussian-energy"},
+};
+
+constexpr Word value_kernel_table[] = {
+    {"distance", "minus the distance of the two samples: filter-adapted noise", "fast euclidean"},
+    {"stbn", "exp(-d^(D/n) / sigma_s^2): spatiotemporal blue noise masks", "blue-noise bluenoise exponential"},
+};
+
+constexpr Word method_table[] = {
+    {"anneal", "swaps inside a slice, accepted by temperature", "annealing simulated-annealing sa swap swaps"},
+    {"fast", "the published algorithm of filter-adapted sampling, for comparison", "paper ea"},
+    {"void-and-cluster", "pixels turned on one by one, each in the largest void: scalar blue noise masks",
+     "vc vnc void-cluster voidandcluster void_and_cluster ulichney"},
+};
+
+constexpr Word precision_table[] = {
+    {"float", "32 bits", "single fp32 float32"},
+    {"double", "64 bits", "dual fp64 float64"},
+};
+
+constexpr Word equalize_table[] = {
+    {"volume", "all slices together hold every level equally often", "all texture mask"},
+    {"slice", "each slice does; costs about 1 % more power at low frequencies", "frame slices"},
+};
+
+constexpr Range at_least(double least, double most = std::numeric_limits<double>::infinity()) {
+  return {.least = least, .most = most};
+}
+constexpr Range above(double least, double most = std::numeric_limits<double>::infinity()) {
+  return {.least = least, .most = most, .above = true};
+}
+
+// Bounds that no texture needs to pass, and within which all arithmetic on taps stays finite.
+constexpr double max_reach = 65536;
+constexpr double min_sigma = 0.001;
+
+constexpr Condition with_kernel(std::string_view word) { return {"filter.groups[].kernel", word}; }
+constexpr Condition with_method(std::string_view word) { return {"optimizer.method", word}; }
+constexpr Condition with_swaps = {"optimizer.method", "anneal", "fast"};
+
+}  // namespace
+
+std::span<const Setting> all() {
+  static const Setting table[] = {
+      {.key = "texture", .type = Type::table, .sentence = "What is made.", .required = true},
+      {.key = "texture.size",
+       .type = Type::size,
+       .sentence =
+           "x and y, then the slice axes by name, in the order written (none for a single image). Any sizes: no "
+           "power of two is needed.",
+       .range = at_least(1),
+       .unit = "pixels, slices",
+       .required = true},
+      {.key = "texture.samples",
+       .type = Type::samples,
+       .sentence =
+           "The values that every slice holds, one from each of as many equal strata as it has pixels; or { file, "
+           "distance } for your own.",
+       .words = sample_table},
+      {.key = "texture.samples.file",
+       .type = Type::file,
+       .sentence =
+           "A .npy of shape [n] or [n, channels] for all slices, or with the number of slices in front; n pixels "
+           "in a slice.",
+       .field = [](const Target& t) -> Field { return &t.config->problem.samples.file; },
+       .required = true},
+      {.key = "texture.samples.distance",
+       .type = Type::word,
+       .sentence = "How samples from a file are compared.",
+       .field = [](const Target& t) -> Field { return &t.config->problem.samples.distance; },
+       .words = distance_table},
+      {.key = "texture.seed",
+       .type = Type::integer,
+       .sentence = "Another seed gives another texture of the same quality; the same seed gives the same bytes.",
+       .field = [](const Target& t) -> Field { return &t.config->problem.seed; },
+       .range = at_least(0)},
+
+      {.key = "filter",
+       .type = Type::table,
+       .sentence = "What the renderer does to the noise; the texture is made for it.",
+       .required = true},
+      {.key = "filter.combine",
+       .type = Type::word,
+       .sentence = "How the groups work together.",
+       .field = [](const Target& t) -> Field { return &t.config->problem.filter.combine; },
+       .words = combine_table},
+      {.key = "filter.groups",
+       .type = Type::groups,
+       .sentence = "One kernel for each set of axes. Axes in no group are left white.",
+       .required = true},
+      {.key = "filter.groups[].axes",
+       .type = Type::axes,
+       .sentence = "The axes of the group: \"xy\", \"t\", or a list such as [\"time\"] where names are longer than a "
+                   "letter. With product an axis belongs to one group.",
+       .field = [](const Target& t) -> Field { return &t.group->axes; },
+       .required = true},
+      {.key = "filter.groups[].kernel",
+       .type = Type::word,
+       .sentence = "The filter along these axes.",
+       .field = [](const Target& t) -> Field { return &t.group->kernel.kind; },
+       .words = kernel_table,
+       .required = true},
+      {.key = "filter.groups[].size",
+       .type = Type::integer,
+       .sentence = "Taps along each axis.",
+       .field = [](const Target& t) -> Field { return &t.group->kernel.size; },
+       .range = at_least(1, max_reach),
+       .unit = "pixels",
+       .when = with_kernel("box"),
+       .required = true},
+      {.key = "filter.groups[].sigma",
+       .type = Type::number,
+       .sentence = "Standard deviation of the filter; it is cut where 99.5 % of it is covered.",
+       .field = [](const Target& t) -> Field { return &t.group->kernel.sigma; },
+       .range = at_least(min_sigma, max_reach),
+       .unit = "pixels",
+       .when = with_kernel("gauss"),
+       .required = true},
+      {.key = "filter.groups[].n",
+       .type = Type::integer,
+       .sentence = "Order; n + 1 taps along each axis.",
+       .field = [](const Target& t) -> Field { return &t.group->kernel.n; },
+       .range = at_least(1, 1000),
+       .when = with_kernel("binomial"),
+       .required = true},
+      {.key = "filter.groups[].alpha",
+       .type = Type::number,
+       .sentence = "Weight of the newest frame.",
+       .field = [](const Target& t) -> Field { return &t.group->kernel.alpha; },
+       .range = above(0, 1),
+       .when = with_kernel("ema"),
+       .required = true},
+      {.key = "filter.groups[].rejection",
+       .type = Type::number,
+       .sentence = "Probability that a pixel loses its history in a frame.",
+       .field = [](const Target& t) -> Field { return &t.group->kernel.rejection; },
+       .range = at_least(0, 1),
+       .when = with_kernel("ema")},
+      {.key = "filter.groups[].file",
+       .type = Type::file,
+       .sentence =
+           "A .npy of one dimension (the taps of each axis) or of as many as the group has axes, in their order.",
+       .field = [](const Target& t) -> Field { return &t.group->kernel.file; },
+       .when = with_kernel("table"),
+       .required = true},
+      {.key = "filter.groups[].sigma",
+       .type = Type::number,
+       .sentence = "Width of the energy.",
+       .field = [](const Target& t) -> Field { return &t.group->kernel.sigma; },
+       .range = at_least(min_sigma, max_reach),
+       .unit = "pixels",
+       .when = with_kernel("gauss-energy")},
+      {.key = "filter.groups[].weight",
+       .type = Type::number,
+       .sentence = "Share of the group; given for all groups, adding up to 1, or for none (equal shares).",
+       .field = [](const Target& t) -> Field { return &t.group->weight; },
+       .range = above(0, 1),
+       .when = {"filter.combine", "sum"},
+       .zero_is_unset = true},
+
+      {.key = "energy", .type = Type::table, .sentence = "How samples are compared."},
+      {.key = "energy.value_kernel",
+       .type = Type::word,
+       .sentence = "How alike two samples are.",
+       .field = [](const Target& t) -> Field { return &t.config->problem.value_kernel.kind; },
+       .words = value_kernel_table,
+       .when = with_swaps},
+      {.key = "energy.sigma_s",
+       .type = Type::number,
+       .sentence = "Distance at which two samples no longer count as alike.",
+       .field = [](const Target& t) -> Field { return &t.config->problem.value_kernel.sigma_s; },
+       .range = at_least(min_sigma, max_reach),
+       .when = {"energy.value_kernel", "stbn"}},
+
+      {.key = "optimizer", .type = Type::table, .sentence = "How it is made, and for how long."},
+      {.key = "optimizer.method",
+       .type = Type::word,
+       .sentence = "The algorithm. void-and-cluster needs samples \"uniform\" and gauss-energy kernels, and combine "
+                   "\"sum\" where there are several groups.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.method; },
+       .words = method_table},
+      {.key = "optimizer.stop",
+       .type = Type::table,
+       .sentence = "When to stop: one of the four rules; { iterations = 1000 } if there is none.",
+       .when = with_swaps},
+      {.key = "optimizer.stop.iterations",
+       .type = Type::integer,
+       .sentence = "After that many; one iteration is one candidate pair for every two samples.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.stop.iterations; },
+       .range = at_least(1, 1e9),
+       .zero_is_unset = true},
+      {.key = "optimizer.stop.time",
+       .type = Type::duration,
+       .sentence = "After that long; the schedule is fitted to it, so the result depends on the machine.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.stop.time_s; },
+       .range = above(0),
+       .zero_is_unset = true},
+      {.key = "optimizer.stop.score",
+       .type = Type::number,
+       .sentence = "When the relative error R (white noise: 1) is that low.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.stop.score; },
+       .range = above(0, 1),
+       .zero_is_unset = true},
+      {.key = "optimizer.stop.improvement",
+       .type = Type::number,
+       .sentence = "When twice the iterations lower R by less than this fraction.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.stop.improvement; },
+       .range = above(0, 1),
+       .zero_is_unset = true},
+      {.key = "optimizer.precision",
+       .type = Type::word,
+       .sentence = "Arithmetic of the energy; the score is always computed in double.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.precision; },
+       .words = precision_table,
+       .when = with_swaps},
+      {.key = "optimizer.cutoff",
+       .type = Type::number,
+       .sentence = "Taps of the overlap below this fraction of the largest are left out of the energy, never out of R.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.cutoff; },
+       .range = at_least(0, 0.5),
+       .when = with_swaps},
+      {.key = "optimizer.background_rank",
+       .type = Type::integer,
+       .sentence = "Product filters over slices: features that stand for the other slices (four times as many in the "
+                   "last quarter, 64 in the last twentieth), so that a deep filter costs no more "
+                   "than a shallow one. 0: every tap, exactly, as with precision \"double\".",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.background_rank; },
+       .range = at_least(0, 64),
+       .when = with_method("anneal")},
+      {.key = "optimizer.temperature",
+       .type = Type::table,
+       .sentence = "The temperatures of annealing; those left out are found from the problem.",
+       .when = with_method("anneal")},
+      {.key = "optimizer.temperature.start",
+       .type = Type::number,
+       .sentence = "First temperature, in units of the mean change of energy of a swap.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.temperature_start; },
+       .range = above(0),
+       .zero_is_unset = true},
+      {.key = "optimizer.temperature.end",
+       .type = Type::number,
+       .sentence = "Last temperature, in the same unit.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.temperature_end; },
+       .range = above(0),
+       .zero_is_unset = true},
+      {.key = "optimizer.fraction",
+       .type = Type::number,
+       .sentence = "Share of the pairs that may swap at once, at first.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.fraction; },
+       .range = above(0, 1),
+       .when = with_method("fast")},
+      {.key = "optimizer.grow_fraction",
+       .type = Type::boolean,
+       .sentence = "Double that share when few swaps are accepted.",
+       .field = [](const Target& t) -> Field { return &t.config->optimizer.grow_fraction; },
+       .when = with_method("fast")},
+      {.key = "optimizer.density",
+       .type = Type::number,
+       .sentence = "Share of the pixels that the initial pattern turns on.",
+       .field = [](const Target& t) -> Field { return &t.config->order.density; },
+       .range = at_least(0, 0.5),
+       .when = with_method("void-and-cluster")},
+      {.key = "optimizer.bounded",
+       .type = Type::axes,
+       .sentence = "Axes that do not wrap around, written as those of a group; all others do.",
+       .field = [](const Target& t) -> Field { return &t.config->order.bounded; },
+       .when = with_method("void-and-cluster")},
+      {.key = "optimizer.bits",
+       .type = Type::integer,
+       .sentence = "0: samples are (order + 0.5) / pixels. n: they have 2^n levels, (level + 0.5) / 2^n, with equal "
+                   "counts.",
+       .field = [](const Target& t) -> Field { return &t.config->order.bits; },
+       .range = at_least(0, 16),
+       .when = with_method("void-and-cluster")},
+      {.key = "optimizer.equalize",
+       .type = Type::word,
+       .sentence = "What holds every level equally often.",
+       .field = [](const Target& t) -> Field { return &t.config->order.equalize; },
+       .words = equalize_table,
+       .when = with_method("void-and-cluster")},
+  };
+  return table;
+}
+
+std::span<const Word> sample_words() { return sample_table; }
+
+}  // namespace noiseloom::settings

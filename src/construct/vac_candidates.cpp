@@ -1,0 +1,113 @@
+#include "construct/vac_candidates.h"
+
+#include <algorithm>
+
+namespace noiseloom {
+namespace {
+
+constexpr std::uint64_t none = ~std::uint64_t{0};
+
+// Bounds of leaves of own slices that have a pixel left: every `stride`-th leaf, or all where that meets none.
+void sample_bounds(VacFields& fields, std::size_t stride, std::vector<std::uint32_t>& sample) {
+  for (; sample.empty(); stride = 1) {
+    for (std::size_t part = 0; part < fields.num_parts(); ++part) {
+      const auto bounds = fields.part(part).bounds();
+      for (std::size_t i = 0; i < bounds.size(); i += stride) {
+        if (bounds[i] < vac_flag) sample.push_back(bounds[i]);
+      }
+    }
+    if (stride == 1) return;
+  }
+}
+
+}  // namespace
+
+VacSearch::VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash& hash, std::size_t max_found)
+    : fields_(fields), exchange_(exchange), hash_(hash), max_found_(max_found), parts_(fields.num_parts()) {}
+
+// The median of what the ranks find right for their own slices: slices are alike, and any limit gives the same picks. 0
+// when no leaf of any rank has a pixel left.
+std::uint64_t VacSearch::propose(double fraction) {
+  constexpr std::size_t num_samples = 1024;
+  const std::size_t own_leaves = fields_.num_leaves();
+  std::vector<std::uint32_t> sample;
+  sample_bounds(fields_, std::max<std::size_t>(1, own_leaves / num_samples), sample);
+  std::uint64_t own = none;
+  if (!sample.empty()) {
+    const auto rank = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(sample.size() - 1));
+    std::nth_element(sample.begin(), sample.begin() + rank, sample.end());
+    own = (std::uint64_t{sample[static_cast<std::size_t>(rank)]} << 32) | 0xFFFFFFFFU;
+  }
+  auto all = exchange_.gather(std::span(&own, 1));
+  std::erase(all, none);
+  if (all.empty()) return 0;
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  return *middle;
+}
+
+// After a scan that found too many: a limit that the parts of this rank would have kept to, and bounds as before the
+// scan.
+std::uint64_t VacSearch::lower_limit() {
+  std::uint64_t limit = none;
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    for (const VacCandidate& c : parts_[i].found) fields_.part(i).lower_bound_to(c.position, c.energy);
+    if (parts_[i].fits) continue;
+    auto& found = parts_[i].found;
+    const auto quarter = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 4);
+    std::nth_element(found.begin(), quarter, found.end(),
+                     [](const VacCandidate& a, const VacCandidate& b) { return a.key() < b.key(); });
+    limit = std::min(limit, quarter->key());
+  }
+  return limit;
+}
+
+std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCandidate>& found) {
+  found.clear();
+  std::uint64_t limit = propose(fraction);
+  while (limit != 0) {
+    fields_.for_each([&](VacField& field, std::size_t i) {
+      const std::size_t most = max_found_ > 0 ? max_found_ : std::max<std::size_t>(4096, field.bounds().size());
+      parts_[i].fits = field.scan(view, hash_, limit, most, parts_[i].found);
+    });
+    std::uint64_t total = 0;
+    bool fits = true;
+    for (const Part& part : parts_) {
+      total += part.found.size();
+      fits = fits && part.fits;
+    }
+    const std::uint64_t own[] = {total, fits ? 0U : 1U};
+    const auto all = exchange_.gather(own);
+    total = 0;
+    fits = true;
+    for (std::size_t i = 0; i < all.size(); i += 2) {
+      total += all[i];
+      fits = fits && all[i + 1] == 0;
+    }
+    if (!fits) {
+      const std::uint64_t lower = lower_limit();
+      const auto limits = exchange_.gather(std::span(&lower, 1));
+      limit = *std::min_element(limits.begin(), limits.end());
+    } else if (total > 0) {
+      break;
+    } else {
+      limit = propose(fraction);  // every leaf that was opened now has a higher bound
+    }
+  }
+  if (limit == 0) return 0;
+  if (exchange_.alone() && parts_.size() == 1) {
+    found.swap(parts_[0].found);
+    return limit;
+  }
+  if (exchange_.alone()) {
+    for (const Part& part : parts_) found.insert(found.end(), part.found.begin(), part.found.end());
+    return limit;
+  }
+  const VacPacker packer(limit);
+  std::vector<std::byte> bytes;
+  for (const Part& part : parts_) packer.pack(part.found, bytes);
+  packer.unpack(exchange_.gather(bytes), view, hash_, found);
+  return limit;
+}
+
+}  // namespace noiseloom

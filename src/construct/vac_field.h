@@ -1,0 +1,122 @@
+// The energies of a range of slices, with the pixels that are on marked, and what void and cluster asks of them.
+//
+// A word per pixel: its energy, and vac_flag where it is on. Slices are padded to an odd number of cache lines, so that
+// a pixel's neighbours along the slice axes do not all fall into the same set of the cache.
+//
+// The search sees a word through a view that makes "the next pick" the smallest value below vac_flag: voids read a word
+// as it is, clusters read its complement (2^31 - 1 - energy where the pixel is on). A leaf is 64 neighbouring pixels of
+// a slice; `bounds` holds a lower bound of its smallest value. While pixels are only turned on (voids) or only turned
+// off (clusters) values only rise, so bounds stay bounds without any work; a scan refreshes those it opens.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "construct/vac_kernel.h"
+
+namespace noiseloom {
+
+enum class VacView : std::uint32_t { voids = 0, clusters = 0xFFFFFFFFU };
+
+// Smaller is picked earlier. Energy and hash are those of the view (complemented for clusters).
+struct VacCandidate {
+  std::uint64_t position;
+  std::uint32_t energy;
+  std::uint32_t hash;
+  std::uint64_t key() const { return (std::uint64_t{energy} << 32) | hash; }
+};
+
+// A pixel: position = cell + cells * slice.
+struct VacPlace {
+  std::int64_t cell;
+  std::int64_t slice;
+};
+
+// How positions map to words. All axes; slices [slice_begin, slice_end) are present.
+struct VacLayout {
+  VacLayout(const VacSpec& spec, SliceIndex begin, SliceIndex end);
+
+  int num_axes;
+  std::array<std::int64_t, Extents::max_axes> size;
+  std::array<bool, Extents::max_axes> toroidal;
+  std::array<std::int64_t, Extents::max_axes> slice_step;  // what a step along a slice axis adds to the slice
+  std::int64_t cells;                                      // per slice
+  std::int64_t num_slices;
+  std::int64_t slice_begin;
+  std::int64_t slice_end;
+  std::int64_t slice_words;  // between the starts of two slices
+  std::int64_t leaves;       // per slice
+
+  using Coord = std::array<std::int64_t, Extents::max_axes>;
+  Coord coord(std::uint64_t position) const;
+  VacPlace place(std::uint64_t position) const {
+    const auto p = static_cast<std::int64_t>(position);
+    return {p % cells, p / cells};
+  }
+  // Adds `offset` on `axis`; false where that leaves a non-toroidal axis. |offset| <= size.
+  bool move(std::int64_t& c, int axis, std::int64_t offset) const {
+    const std::int64_t n = size[static_cast<std::size_t>(axis)];
+    c += offset;
+    if (c >= 0 && c < n) return true;
+    c += c < 0 ? n : -n;
+    return toroidal[static_cast<std::size_t>(axis)];
+  }
+  bool has_slice(std::int64_t slice) const { return slice >= slice_begin && slice < slice_end; }
+};
+
+struct VacFree {
+  void operator()(void* memory) const;
+};
+
+class VacField {
+ public:
+  // `kernel` must outlive the field.
+  VacField(const VacSpec& spec, const VacKernel& kernel, SliceIndex slice_begin, SliceIndex slice_end);
+
+  const VacLayout& layout() const { return layout_; }
+  bool has(std::uint64_t position) const;
+  // Energy and flag of a pixel of this field.
+  std::uint32_t word(std::uint64_t position) const { return data_[index(position)]; }
+
+  // All off, all energies zero.
+  void clear();
+  // Pixels of any slices, ascending; they act on the slices of this field.
+  void turn_on(std::span<const std::uint64_t> positions);
+  void turn_off(std::span<const std::uint64_t> positions);
+
+  // Turns one pixel of any slice on (off) at once, and appends to `hits` the pixels of this field that are on (off) and
+  // whose word thereby rose to at least (fell to at most) `limit`.
+  void turn_on_watching(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits);
+  void turn_off_watching(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits);
+
+  // Recomputes all bounds for `view`.
+  void refresh_bounds(VacView view);
+  std::span<const std::uint32_t> bounds() const;
+  // Replaces `found` by all pixels with key <= `limit`, ascending in position. False, with some of them, when there are
+  // more than `max_found`.
+  bool scan(VacView view, const VacTieHash& hash, std::uint64_t limit, std::size_t max_found,
+            std::vector<VacCandidate>& found);
+  // A pixel that a scan found has this value now and was not picked.
+  void lower_bound_to(std::uint64_t position, std::uint32_t value);
+
+ private:
+  std::size_t index(std::uint64_t position) const;
+  std::size_t leaf(std::uint64_t position) const;
+  void order_by_line(std::span<const std::uint64_t> positions);
+  template <bool On>
+  void turn(std::span<const std::uint64_t> positions);
+
+  VacLayout layout_;
+  const VacKernel& kernel_;
+  std::size_t num_words_;
+  std::unique_ptr<std::uint32_t[], VacFree> data_;
+  std::vector<std::uint32_t> bounds_;
+  std::vector<VacPlace> places_;  // of a call of turn
+  std::vector<VacPlace> by_line_;
+  std::vector<std::uint32_t> line_ends_;
+  std::vector<std::size_t> watched_;
+};
+
+}  // namespace noiseloom

@@ -1,0 +1,315 @@
+#include "construct/vac_field_simd.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "construct/vac_field_simd.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace noiseloom::vac_simd::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Lanes = hn::CappedTag<std::uint32_t, VacGroupKernel::padding>;
+
+// The set lanes of a mask, as bits.
+template <class M>
+HWY_INLINE std::uint32_t bits_of(Lanes d, M mask) {
+  std::uint8_t bytes[8] = {};
+  hn::StoreMaskBits(d, mask, bytes);
+  return static_cast<std::uint32_t>(bytes[0]) | (static_cast<std::uint32_t>(bytes[1]) << 8);
+}
+
+template <bool On>
+struct Adder {
+  template <class V>
+  HWY_INLINE void operator()(Lanes d, std::uint32_t* words, V weights) const {
+    const auto old = hn::LoadU(d, words);
+    hn::StoreU(On ? hn::Add(old, weights) : hn::Sub(old, weights), d, words);
+  }
+};
+
+template <bool On>
+struct WatchingAdder {
+  const std::uint32_t* data;
+  std::uint32_t limit;
+  std::vector<std::size_t>* hits;
+
+  template <class V>
+  HWY_INLINE void operator()(Lanes d, std::uint32_t* words, V weights) const {
+    const auto old = hn::LoadU(d, words);
+    const auto value = On ? hn::Add(old, weights) : hn::Sub(old, weights);
+    hn::StoreU(value, d, words);
+    const auto past = On ? hn::Gt(value, hn::Set(d, limit - 1)) : hn::Lt(value, hn::Set(d, limit + 1));
+    const auto mask = hn::And(past, hn::Ne(weights, hn::Zero(d)));
+    if (HWY_LIKELY(hn::AllFalse(d, mask))) return;
+    for (std::uint32_t bits = bits_of(d, mask); bits != 0; bits &= bits - 1) {
+      hits->push_back(static_cast<std::size_t>(words - data) + static_cast<std::size_t>(std::countr_zero(bits)));
+    }
+  }
+};
+
+// weights[0, count) onto words[0, count); what follows count in `weights` may be anything.
+template <class A>
+HWY_INLINE void add_part(const A& add, std::uint32_t* words, const std::uint32_t* weights, std::size_t count) {
+  const Lanes d;
+  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+    const auto part = hn::IfThenElseZero(hn::FirstN(d, count - i), hn::LoadU(d, weights + i));
+    add(d, words + i, part);
+  }
+}
+
+// One row of taps around x; `words` is the start of the row of pixels.
+template <class A>
+HWY_INLINE void add_row(const VacLayout& layout, const VacRow& row, const std::uint32_t* weights, const A& add,
+                        std::int64_t x, std::uint32_t* words) {
+  const Lanes d;
+  const std::int64_t begin = x - row.lo;
+  const std::int64_t end = x + row.hi + 1;
+  const std::int64_t width = layout.size[0];
+  const std::uint32_t* w = weights + row.first;
+  if (HWY_LIKELY(begin >= 0 && end <= width)) {  // zeros follow the row of taps
+    const auto count = static_cast<std::size_t>(end - begin);
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) add(d, words + begin + i, hn::LoadU(d, w + i));
+    return;
+  }
+  const std::int64_t from = std::max<std::int64_t>(begin, 0);
+  const std::int64_t to = std::min(end, width);
+  add_part(add, words + from, w + (from - begin), static_cast<std::size_t>(to - from));
+  if (!layout.toroidal[0]) return;
+  if (begin < 0) add_part(add, words + begin + width, w, static_cast<std::size_t>(-begin));
+  if (end > width) add_part(add, words, w + (width - begin), static_cast<std::size_t>(end - width));
+}
+
+// Calls visit(row, x, words of the row's line) for the kernel rows that meet the slice of `position`.
+template <class Word, class Visit>
+HWY_INLINE void each_plane_row(const VacLayout& layout, const VacGroupKernel& group, Word* data, std::uint64_t position,
+                               const Visit& visit) {
+  const auto cell = static_cast<std::int64_t>(position) % layout.cells;
+  const std::int64_t slice = static_cast<std::int64_t>(position) / layout.cells;
+  if (!layout.has_slice(slice)) return;
+  const std::int64_t width = layout.size[0];
+  const std::int64_t x = cell % width;
+  const std::int64_t y = cell / width;
+  Word* const words = data + (slice - layout.slice_begin) * layout.slice_words;
+  for (const VacRow& row : group.rows) {
+    std::int64_t row_y = y;
+    if (layout.move(row_y, 1, row.offset[0])) visit(row, x, words + row_y * width);
+  }
+}
+
+template <class A>
+HWY_INLINE void add_plane(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
+                          std::uint64_t position) {
+  each_plane_row(layout, group, data, position, [&](const VacRow& row, std::int64_t x, std::uint32_t* line) HWY_ATTR {
+    add_row(layout, row, group.weights.data(), add, x, line);
+  });
+}
+
+// Fetches the lines that add_plane will write to.
+HWY_INLINE void prefetch_plane(const VacLayout& layout, const VacGroupKernel& group, const std::uint32_t* data,
+                               std::uint64_t position) {
+  each_plane_row(layout, group, data, position,
+                 [](const VacRow& row, std::int64_t x, const std::uint32_t* line) HWY_ATTR {
+                   const std::uint32_t* const begin = line + std::max<std::int64_t>(x - row.lo, 0);
+                   __builtin_prefetch(begin, 1);
+                   __builtin_prefetch(begin + row.lo + row.hi, 1);
+                 });
+}
+
+template <class A>
+HWY_INLINE void add_any(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
+                        std::uint64_t position) {
+  const VacLayout::Coord at = layout.coord(position);
+  for (const VacRow& row : group.rows) {
+    std::int64_t y = at[1];
+    std::int64_t slice = static_cast<std::int64_t>(position) / layout.cells;
+    bool inside = true;
+    for (std::size_t i = 0; i < group.others.size() && inside; ++i) {
+      const int axis = group.others[i];
+      const auto a = static_cast<std::size_t>(axis);
+      std::int64_t c = at[a];
+      inside = layout.move(c, axis, row.offset[i]);
+      if (axis == 1) {
+        y = c;
+      } else {
+        slice += (c - at[a]) * layout.slice_step[a];
+      }
+    }
+    if (!inside || !layout.has_slice(slice)) continue;
+    std::uint32_t* const words = data + (slice - layout.slice_begin) * layout.slice_words + y * layout.size[0];
+    add_row(layout, row, group.weights.data(), add, at[0], words);
+  }
+}
+
+template <class A>
+HWY_INLINE void add_group(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
+                          std::span<const std::uint64_t> positions) {
+  if (group.others.size() == 1 && group.others[0] == 1) {
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      if (i + 2 < positions.size()) prefetch_plane(layout, group, data, positions[i + 2]);
+      add_plane(layout, group, data, add, positions[i]);
+    }
+  } else {
+    for (const std::uint64_t position : positions) add_any(layout, group, data, add, position);
+  }
+}
+
+void AddRows(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, bool on,
+             std::span<const std::uint64_t> positions) {
+  if (on) {
+    add_group(layout, group, data, Adder<true>{}, positions);
+  } else {
+    add_group(layout, group, data, Adder<false>{}, positions);
+  }
+}
+
+void AddRowsWatching(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, bool on,
+                     std::uint64_t position, std::uint32_t limit, std::vector<std::size_t>& hits) {
+  const std::span<const std::uint64_t> one(&position, 1);
+  if (on) {
+    add_group(layout, group, data, WatchingAdder<true>{data, limit, &hits}, one);
+  } else {
+    add_group(layout, group, data, WatchingAdder<false>{data, limit, &hits}, one);
+  }
+}
+
+// Calls visit(leaf, words of the leaf, number of pixels) for every leaf of slice `s` from `leaf` on. A leaf at the end
+// of a slice is handed out as a copy filled up with what no view looks for.
+constexpr std::size_t leaf_words = 64;
+struct LeafCopy {
+  alignas(64) std::array<std::uint32_t, leaf_words> words;
+};
+HWY_INLINE const std::uint32_t* leaf_of(const VacLayout& layout, const std::uint32_t* slice, std::int64_t leaf,
+                                        VacView view, LeafCopy& copy) {
+  const std::int64_t begin = leaf * static_cast<std::int64_t>(leaf_words);
+  const std::int64_t left = layout.cells - begin;
+  if (left >= static_cast<std::int64_t>(leaf_words)) return slice + begin;
+  copy.words.fill(~static_cast<std::uint32_t>(view));
+  std::copy_n(slice + begin, left, copy.words.begin());
+  return copy.words.data();
+}
+
+void LeafMinima(const VacLayout& layout, const std::uint32_t* data, VacView view, std::uint32_t* bounds) {
+  const Lanes d;
+  const auto flip = hn::Set(d, static_cast<std::uint32_t>(view));
+  LeafCopy copy;
+  for (std::int64_t slice = layout.slice_begin; slice < layout.slice_end; ++slice, data += layout.slice_words) {
+    for (std::int64_t leaf = 0; leaf < layout.leaves; ++leaf) {
+      const std::uint32_t* words = leaf_of(layout, data, leaf, view, copy);
+      auto least = hn::Set(d, ~std::uint32_t{0});
+      for (std::size_t i = 0; i < leaf_words; i += hn::Lanes(d)) {
+        least = hn::Min(least, hn::Xor(hn::LoadU(d, words + i), flip));
+      }
+      *bounds++ = hn::GetLane(hn::MinOfLanes(d, least));
+    }
+  }
+}
+
+struct Scan {
+  std::uint32_t view;
+  const VacTieHash* hash;
+  std::uint32_t energy_limit;
+  std::uint32_t hash_limit;
+  std::vector<VacCandidate>* found;
+
+  // Appends the pixels of a leaf within the limits; returns the smallest value of the others.
+  HWY_INLINE std::uint32_t leaf(const std::uint32_t* words, std::uint64_t position) const {
+    const Lanes d;
+    const auto flip = hn::Set(d, view);
+    const auto none = hn::Set(d, ~std::uint32_t{0});
+    const auto limit = hn::Set(d, energy_limit + 1);
+    auto least = none;
+    std::uint32_t rest = ~std::uint32_t{0};
+    for (std::size_t i = 0; i < leaf_words; i += hn::Lanes(d)) {
+      const auto value = hn::Xor(hn::LoadU(d, words + i), flip);
+      const auto within = hn::Lt(value, limit);
+      least = hn::Min(least, hn::IfThenElse(within, none, value));
+      if (hn::AllFalse(d, within)) continue;
+      for (std::uint32_t bits = bits_of(d, within); bits != 0; bits &= bits - 1) {
+        const std::size_t lane = i + static_cast<std::size_t>(std::countr_zero(bits));
+        const std::uint32_t energy = words[lane] ^ view;
+        const std::uint32_t tie = (*hash)(position + lane) ^ view;
+        if (energy < energy_limit || tie <= hash_limit) {
+          found->push_back({position + lane, energy, tie});
+        } else {
+          rest = energy;
+        }
+      }
+    }
+    return std::min(rest, hn::GetLane(hn::MinOfLanes(d, least)));
+  }
+};
+
+bool ScanLeaves(const VacLayout& layout, const std::uint32_t* data, VacView view, const VacTieHash& hash,
+                std::uint64_t limit, std::size_t max_found, std::uint32_t* bounds, std::vector<VacCandidate>& found) {
+  const Lanes d;
+  const Scan scan{static_cast<std::uint32_t>(view), &hash, static_cast<std::uint32_t>(limit >> 32),
+                  static_cast<std::uint32_t>(limit), &found};
+  const auto open_limit = hn::Set(d, scan.energy_limit + 1);  // unsigned vectors have < and > only
+  LeafCopy copy;
+  for (std::int64_t slice = layout.slice_begin; slice < layout.slice_end; ++slice) {
+    const auto local = slice - layout.slice_begin;
+    const std::uint32_t* const words = data + local * layout.slice_words;
+    std::uint32_t* const slice_bounds = bounds + local * layout.leaves;
+    const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
+    const auto opened = [&](std::int64_t i) {  // of the leaves from i on, as bits
+      const auto open = hn::Lt(hn::LoadU(d, slice_bounds + i), open_limit);
+      if (hn::AllFalse(d, open)) return std::uint32_t{0};
+      const auto left = static_cast<std::size_t>(layout.leaves - i);
+      return bits_of(d, left < hn::Lanes(d) ? hn::And(open, hn::FirstN(d, left)) : open);
+    };
+    std::uint32_t bits = opened(0);
+    for (std::int64_t i = 0; i < layout.leaves; i += lanes) {
+      const std::uint32_t next = i + lanes < layout.leaves ? opened(i + lanes) : 0;
+      for (std::uint32_t rest = next; rest != 0; rest &= rest - 1) {
+        const std::uint32_t* leaf = words + (i + lanes + std::countr_zero(rest)) * 64;
+        for (int line = 0; line < 4; ++line) __builtin_prefetch(leaf + 16 * line);
+      }
+      for (; bits != 0; bits &= bits - 1) {
+        const std::int64_t leaf = i + std::countr_zero(bits);
+        const auto position = static_cast<std::uint64_t>(slice * layout.cells + leaf * 64);
+        slice_bounds[leaf] = scan.leaf(leaf_of(layout, words, leaf, view, copy), position);
+        if (found.size() > max_found) return false;
+      }
+      bits = next;
+    }
+  }
+  return true;
+}
+
+}  // namespace noiseloom::vac_simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace noiseloom::vac_simd {
+
+HWY_EXPORT(AddRows);
+HWY_EXPORT(AddRowsWatching);
+HWY_EXPORT(LeafMinima);
+HWY_EXPORT(ScanLeaves);
+
+void add_rows(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, bool on,
+              std::span<const std::uint64_t> positions) {
+  HWY_DYNAMIC_DISPATCH(AddRows)(layout, group, data, on, positions);
+}
+
+void add_rows_watching(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, bool on,
+                       std::uint64_t position, std::uint32_t limit, std::vector<std::size_t>& hits) {
+  HWY_DYNAMIC_DISPATCH(AddRowsWatching)(layout, group, data, on, position, limit, hits);
+}
+
+void leaf_minima(const VacLayout& layout, const std::uint32_t* data, VacView view, std::uint32_t* bounds) {
+  HWY_DYNAMIC_DISPATCH(LeafMinima)(layout, data, view, bounds);
+}
+
+bool scan_leaves(const VacLayout& layout, const std::uint32_t* data, VacView view, const VacTieHash& hash,
+                 std::uint64_t limit, std::size_t max_found, std::uint32_t* bounds, std::vector<VacCandidate>& found) {
+  return HWY_DYNAMIC_DISPATCH(ScanLeaves)(layout, data, view, hash, limit, max_found, bounds, found);
+}
+
+}  // namespace noiseloom::vac_simd
+#endif

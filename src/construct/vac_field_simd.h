@@ -1,0 +1,29 @@
+// The vector loops of VacField, compiled for every instruction set and chosen at run time. Integers only, so the width
+// of the vectors cannot change a result.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "construct/vac_field.h"
+
+namespace noiseloom::vac_simd {
+
+// Adds (on) or subtracts (off) the rows of `group`, which contains axis x, around every pixel. `data` holds at least
+// VacGroupKernel::padding words past the last slice and behind every slice.
+void add_rows(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, bool on,
+              std::span<const std::uint64_t> positions);
+
+// The same for one pixel; appends the indices of words that are on (off), changed, and are now >= (<=) limit.
+void add_rows_watching(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, bool on,
+                       std::uint64_t position, std::uint32_t limit, std::vector<std::size_t>& hits);
+
+// The smallest value of each leaf.
+void leaf_minima(const VacLayout& layout, const std::uint32_t* data, VacView view, std::uint32_t* bounds);
+
+// See VacField::scan.
+bool scan_leaves(const VacLayout& layout, const std::uint32_t* data, VacView view, const VacTieHash& hash,
+                 std::uint64_t limit, std::size_t max_found, std::uint32_t* bounds, std::vector<VacCandidate>& found);
+
+}  // namespace noiseloom::vac_simd

@@ -1,0 +1,139 @@
+#include "construct/vac_kernel.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "noiseloom/core/math.h"
+
+namespace noiseloom {
+namespace {
+
+// k_a(d) for d in [-lo, hi], each offset of the axis once.
+struct AxisKernel {
+  std::int32_t lo = 0;
+  std::int32_t hi = 0;
+  std::vector<double> values;
+  double at(std::int32_t d) const { return values[static_cast<std::size_t>(d + lo)]; }
+};
+
+double gaussian(double d, double sigma) { return math::exp(-(d * d) / (2 * sigma * sigma)); }
+
+AxisKernel axis_kernel(std::int64_t size, bool toroidal, double sigma) {
+  const double reach = 9 * sigma + 1;  // exp(-40) is far below half a unit of the largest scale
+  const auto cut = static_cast<std::int64_t>(std::min(reach, 1e9));
+  AxisKernel kernel;
+  kernel.lo = narrow<std::int32_t>(std::min(cut, toroidal ? (size - 1) / 2 : size - 1));
+  kernel.hi = narrow<std::int32_t>(std::min(cut, toroidal ? size / 2 : size - 1));
+  const std::int64_t num_images = toroidal ? cut / size + 1 : 0;
+  for (std::int32_t d = -kernel.lo; d <= kernel.hi; ++d) {
+    double value = gaussian(d, sigma);
+    for (std::int64_t k = 1; k <= num_images; ++k) {  // in pairs: the sum for -d has the same bits
+      const auto shift = static_cast<double>(k * size);
+      value += gaussian(d + shift, sigma) + gaussian(d - shift, sigma);
+    }
+    kernel.values.push_back(value);
+  }
+  return kernel;
+}
+
+struct GroupAxes {
+  std::vector<int> axes;  // ascending
+  std::vector<AxisKernel> kernels;
+};
+
+GroupAxes group_axes(const VacSpec& spec, const VacGroup& group) {
+  GroupAxes result{group.axes, {}};
+  std::sort(result.axes.begin(), result.axes.end());
+  for (const int axis : result.axes) {
+    const bool toroidal = spec.toroidal.empty() || spec.toroidal[static_cast<std::size_t>(axis)];
+    result.kernels.push_back(axis_kernel(spec.extents.size(axis), toroidal, group.sigma_px));
+  }
+  return result;
+}
+
+// Appends the row at `offset`, whose weights are factor * k_axis0, unless all of them round to zero.
+void append_row(VacGroupKernel& group, const AxisKernel& along, const VacRow& at, double factor, bool through_zero,
+                double scale) {
+  std::vector<std::uint32_t> row;
+  for (std::int32_t d = -along.lo; d <= along.hi; ++d) {
+    const bool zero = through_zero && d == 0;
+    row.push_back(zero ? 0 : static_cast<std::uint32_t>(std::floor(factor * along.at(d) * scale + 0.5)));
+  }
+  const auto not_zero = [](std::uint32_t w) { return w != 0; };
+  auto first = std::find_if(row.begin(), row.end(), not_zero);
+  if (first == row.end()) return;
+  auto last = std::find_if(row.rbegin(), row.rend(), not_zero).base();
+  const auto middle = row.begin() + along.lo;  // a row reaches from before to behind its middle
+  first = std::min(first, middle);
+  last = std::max(last, middle + 1);
+  VacRow result = at;
+  result.lo = static_cast<std::int32_t>(middle - first);
+  result.hi = static_cast<std::int32_t>(last - middle) - 1;
+  result.first = group.weights.size();
+  group.weights.insert(group.weights.end(), first, last);
+  group.weights.insert(group.weights.end(), VacGroupKernel::padding, 0U);
+  group.rows.push_back(result);
+}
+
+VacGroupKernel group_kernel(const GroupAxes& group, double scale) {
+  VacGroupKernel result{group.axes[0], {group.axes.begin() + 1, group.axes.end()}, {}, {}};
+  const std::size_t num_others = result.others.size();
+  VacRow row{};
+  for (std::size_t i = 0; i < num_others; ++i) row.offset[i] = -group.kernels[i + 1].lo;
+  while (true) {
+    double factor = 1;
+    bool through_zero = true;
+    for (std::size_t i = 0; i < num_others; ++i) {
+      factor *= group.kernels[i + 1].at(row.offset[i]);
+      through_zero = through_zero && row.offset[i] == 0;
+    }
+    append_row(result, group.kernels[0], row, factor, through_zero, scale);
+    std::size_t i = 0;
+    while (i < num_others && row.offset[i] == group.kernels[i + 1].hi) {
+      row.offset[i] = -group.kernels[i + 1].lo;
+      ++i;
+    }
+    if (i == num_others) return result;
+    ++row.offset[i];
+  }
+}
+
+double kernel_sum(const GroupAxes& group) {
+  double all = 1;
+  double zero = 1;
+  for (const AxisKernel& kernel : group.kernels) {
+    double sum = 0;
+    for (const double value : kernel.values) sum += value;
+    all *= sum;
+    zero *= kernel.at(0);
+  }
+  return all - zero;
+}
+
+}  // namespace
+
+VacKernel::VacKernel(const VacSpec& spec) {
+  std::vector<GroupAxes> groups;
+  double sum = 0;
+  for (const VacGroup& group : spec.groups) {
+    groups.push_back(group_axes(spec, group));
+    sum += kernel_sum(groups.back());
+  }
+  constexpr double limit = 0x1p31;
+  scale_log2_ = 30;
+  while (scale_log2_ > 0 && std::ldexp(sum, scale_log2_) >= limit) --scale_log2_;
+  // The real sum fits; the rounded weights may add half a unit each, so they are counted too.
+  for (;; --scale_log2_) {
+    groups_.clear();
+    weight_sum_ = 0;
+    for (const GroupAxes& group : groups) {
+      groups_.push_back(group_kernel(group, std::ldexp(1.0, scale_log2_)));
+      for (const std::uint32_t weight : groups_.back().weights) weight_sum_ += weight;
+    }
+    if (weight_sum_ < vac_flag) return;
+  }
+}
+
+int vac_scale_log2(const VacSpec& spec) { return VacKernel(spec).scale_log2(); }
+
+}  // namespace noiseloom

@@ -1,0 +1,48 @@
+// The weights of void and cluster in fixed point, cut into rows.
+//
+// A weight is round(2^b * K) of one group at one offset. b is the largest of at most 30 for which the weights of all
+// offsets of all groups together add up to less than 2^31. An energy is a sum of such weights over distinct offsets, so
+// it stays below 2^31 whichever pixels are on, and bit 31 of a 32-bit word is free for a flag. Weights that round to
+// zero are cut.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "noiseloom/construct/void_and_cluster.h"
+
+namespace noiseloom {
+
+constexpr std::uint32_t vac_flag = 0x80000000U;
+
+// Offsets of one group that differ along its first axis only: -lo..hi along that axis, `offset` along the others.
+struct VacRow {
+  std::array<std::int32_t, Extents::max_axes - 1> offset;
+  std::int32_t lo;
+  std::int32_t hi;
+  std::size_t first;  // weights[first] belongs to -lo
+};
+
+struct VacGroupKernel {
+  int axis0;                // the group's lowest axis
+  std::vector<int> others;  // the rest, ascending
+  std::vector<VacRow> rows;
+  std::vector<std::uint32_t> weights;  // followed by zeros for whole vectors past the last row; also between rows
+  static constexpr std::size_t padding = 16;
+};
+
+class VacKernel {
+ public:
+  explicit VacKernel(const VacSpec& spec);
+  const std::vector<VacGroupKernel>& groups() const { return groups_; }
+  int scale_log2() const { return scale_log2_; }
+  std::uint64_t weight_sum() const { return weight_sum_; }
+
+ private:
+  std::vector<VacGroupKernel> groups_;
+  int scale_log2_ = 0;
+  std::uint64_t weight_sum_ = 0;
+};
+
+}  // namespace noiseloom

@@ -1,0 +1,83 @@
+#include "construct/vac_selector.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace noiseloom {
+
+VacSelector::VacSelector(const VacSpec& spec, const VacKernel& kernel) : layout_(spec, 0, spec.extents.num_slices()) {
+  for (const VacGroupKernel& group : kernel.groups()) bins_.emplace_back(layout_, group);
+}
+
+// Files a candidate that is not picked under its present key, or forgets it where that is past the limit.
+void VacSelector::put(std::uint32_t i) {
+  const VacCandidate now{0, energy_[i], candidates_[i].hash};
+  if (now.key() > limit_) return;
+  const std::uint32_t bucket = (energy_[i] - least_) >> shift_;
+  if (bucket <= current_) {
+    heap_.push_back({now.key(), i ^ mirror_});
+    std::push_heap(heap_.begin(), heap_.end());
+  } else {
+    next_[i] = head_[bucket];
+    head_[bucket] = i;
+  }
+}
+
+// Refills the heap from the first bucket that has candidates; leaves it empty when there is none.
+void VacSelector::open_next_bucket() {
+  while (heap_.empty() && current_ + 1 < head_.size()) {
+    ++current_;
+    for (std::uint32_t i = head_[current_]; i != none;) {
+      const std::uint32_t after = next_[i];
+      put(i);
+      i = after;
+    }
+  }
+}
+
+void VacSelector::select(VacView view, std::span<const VacCandidate> candidates, std::uint64_t limit,
+                         std::size_t max_picks, std::vector<std::uint32_t>& picks) {
+  picks.clear();
+  const std::size_t n = candidates.size();
+  if (n == 0) return;
+  candidates_ = candidates;
+  limit_ = limit;
+  mirror_ = static_cast<std::uint32_t>(view);
+  at_.resize(n);
+  energy_.resize(n);
+  next_.resize(n);
+  picked_.assign(n, 0);
+  least_ = std::numeric_limits<std::uint32_t>::max();
+  for (std::size_t i = 0; i < n; ++i) {
+    const VacLayout::Coord at = layout_.coord(candidates[i].position);
+    std::transform(at.begin(), at.end(), at_[i].begin(), [](std::int64_t c) { return static_cast<std::int32_t>(c); });
+    energy_[i] = candidates[i].energy;
+    least_ = std::min(least_, energy_[i]);
+  }
+  for (VacBins& bins : bins_) bins.assign(at_);
+  const std::uint32_t range = static_cast<std::uint32_t>(limit >> 32) - least_;
+  shift_ = std::max(0, static_cast<int>(std::bit_width(range)) - static_cast<int>(std::bit_width(n)));
+  head_.assign(std::size_t{range >> shift_} + 1, none);
+  heap_.clear();
+  current_ = 0;
+  for (std::uint32_t i = 0; i < n; ++i) put(i);
+  while (picks.size() < max_picks) {
+    if (heap_.empty()) open_next_bucket();
+    if (heap_.empty()) break;
+    std::pop_heap(heap_.begin(), heap_.end());
+    const Entry entry = heap_.back();
+    heap_.pop_back();
+    const std::uint32_t i = entry.order ^ mirror_;
+    if (static_cast<std::uint32_t>(entry.key >> 32) != energy_[i]) {  // raised since it was filed
+      put(i);
+      continue;
+    }
+    picked_[i] = 1;
+    picks.push_back(i);
+    for (const VacBins& bins : bins_) {
+      bins.visit(at_[i], [&](std::uint32_t j, std::uint32_t weight) { energy_[j] += weight; });
+    }
+  }
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,63 @@
+// The picks that follow from a list of candidates, exact and without the field.
+//
+// While values only rise (vac_field.h), every pixel that can have a key <= limit later has one now. So the candidates
+// found by one scan are all that the picks up to that limit depend on: a pick raises the candidates in its footprint,
+// and the next pick is the least candidate left. Any process that has the candidates gets the same picks; fields are
+// brought up to date afterwards, in any order.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "construct/vac_bins.h"
+
+namespace noiseloom {
+
+class VacSelector {
+ public:
+  VacSelector(const VacSpec& spec, const VacKernel& kernel);
+
+  // Takes picks from `candidates` (all pixels of the texture with key <= limit, ascending in position) until none is
+  // left below the limit or `max_picks` are taken; for clusters equal keys go by descending position. `picks` becomes
+  // the indices of candidates in the order picked.
+  void select(VacView view, std::span<const VacCandidate> candidates, std::uint64_t limit, std::size_t max_picks,
+              std::vector<std::uint32_t>& picks);
+
+  // After select: whether candidate i was picked, and the value of one that was not.
+  bool picked(std::size_t i) const { return picked_[i] != 0; }
+  std::uint32_t energy(std::size_t i) const { return energy_[i]; }
+
+ private:
+  static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+
+  struct Entry {
+    std::uint64_t key;
+    std::uint32_t order;                                     // index of the candidate, complemented for clusters
+    friend bool operator<(const Entry& a, const Entry& b) {  // for a heap with the least at the front
+      return a.key != b.key ? a.key > b.key : a.order > b.order;
+    }
+  };
+  void put(std::uint32_t i);
+  void open_next_bucket();
+
+  VacLayout layout_;
+  std::vector<VacBins> bins_;  // one per group
+  std::vector<VacBins::Coord> at_;
+  std::vector<std::uint32_t> energy_;
+  std::vector<std::uint8_t> picked_;
+
+  // Buckets of equal width in energy, each a list through next_; the one that is being emptied is the heap.
+  std::span<const VacCandidate> candidates_;
+  std::vector<std::uint32_t> head_;
+  std::vector<std::uint32_t> next_;
+  std::vector<Entry> heap_;
+  std::uint64_t limit_ = 0;
+  std::uint32_t least_ = 0;
+  int shift_ = 0;
+  std::uint32_t current_ = 0;
+  std::uint32_t mirror_ = 0;
+};
+
+}  // namespace noiseloom

@@ -1,0 +1,271 @@
+#include "noiseloom/construct/void_and_cluster.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "construct/vac_candidates.h"
+#include "construct/vac_selector.h"
+#include "construct/vac_start.h"
+#include "construct/vac_swapper.h"
+#include "noiseloom/core/random.h"
+
+namespace noiseloom {
+
+void check_vac_spec(const VacSpec& spec) {
+  std::vector<Fault> faults;
+  const auto fault = [&](std::string text) { faults.push_back({"void and cluster", std::move(text)}); };
+  if (spec.extents.num_axes() < 2) fault("the texture has no axes");
+  if (spec.groups.empty()) fault("groups is empty: at least one group of axes is needed");
+  for (std::size_t g = 0; g < spec.groups.size(); ++g) {
+    const VacGroup& group = spec.groups[g];
+    const std::string name = "groups[" + std::to_string(g) + "]";
+    if (group.axes.empty()) fault(name + ".axes is empty");
+    for (std::size_t i = 0; i < group.axes.size(); ++i) {
+      const int axis = group.axes[i];
+      if (axis < 0 || axis >= spec.extents.num_axes()) {
+        fault(name + ".axes: there is no axis " + std::to_string(axis));
+      }
+      if (std::count(group.axes.begin(), group.axes.end(), axis) > 1) {
+        fault(name + ".axes: axis " + std::to_string(axis) + " occurs more than once");
+      }
+    }
+    if (!(group.sigma_px > 0 && group.sigma_px <= 1000)) {
+      fault(name + ".sigma = " + std::to_string(group.sigma_px) + ": must be above 0 and at most 1000 pixels");
+    }
+  }
+  if (!spec.toroidal.empty() && spec.toroidal.size() != static_cast<std::size_t>(spec.extents.num_axes())) {
+    fault("toroidal has " + std::to_string(spec.toroidal.size()) + " values: must have one per axis, or none");
+  }
+  if (!(spec.density >= 0 && spec.density <= 0.5)) {
+    fault("density = " + std::to_string(spec.density) + ": must be between 0 and 0.5");
+  }
+  throw_if_any(std::move(faults));
+}
+
+VacTieHash::VacTieHash(std::uint64_t seed) {
+  const RandomBlock block = random_block(seed, Purpose::tie, 0, 0, 0);
+  key0_ = block[0];
+  key1_ = block[1];
+}
+
+struct VoidAndCluster::Impl {
+  Impl(const VacSpec& spec_in, const Communicator& communicator_in, ThreadPool& pool)
+      : communicator(communicator_in),
+        spec(spec_in),
+        partition(spec.extents.num_slices(), communicator.size()),
+        begin(partition.begin(communicator.rank())),
+        end(partition.end(communicator.rank())),
+        kernel(spec),
+        hash(spec.seed),
+        exchange(communicator),
+        fields(spec, kernel, begin, end, pool),
+        search(fields, exchange, hash),
+        order(spec.extents, begin, end) {}
+
+  void start() {
+    order = VacOrder(spec.extents, begin, end);
+    vac_turn_on_start(spec, exchange, order);
+    progress = {.num_start_points = vac_num_start_points(spec)};
+    enter_phase();
+  }
+
+  void restore(const VacProgress& from, const std::function<std::vector<std::byte>(SliceIndex)>& bytes) {
+    communicator.together([&] {
+      for (SliceIndex slice = begin; slice < end; ++slice) order.set_bytes(slice, bytes(slice));
+    });
+    std::int64_t num[] = {0, 0};  // pixels with a rank, pixels that are on and have none
+    for (std::uint64_t p = order.begin(); p < order.end(); ++p) {
+      num[0] += order.has_rank(p) ? 1 : 0;
+      num[1] += order.is_on(p) ? 1 : 0;
+    }
+    communicator.sum(num);
+    const bool filling = from.phase == VacPhase::fill || from.phase == VacPhase::done;
+    const std::int64_t num_on = filling ? 0 : from.num_start_points - from.num_ranked;
+    if (num[0] != from.num_ranked || num[1] != num_on || from.num_start_points != vac_num_start_points(spec) ||
+        (filling && from.num_ranked < from.num_start_points) || (from.phase == VacPhase::swap && from.num_ranked > 0)) {
+      throw SharedUserError("", "void and cluster: the order has " + std::to_string(num[0]) + " ranked pixels and " +
+                                    std::to_string(num[1]) + " that are on, which is not what its progress says");
+    }
+    progress = from;
+    enter_phase();
+  }
+
+  // Brings the fields to what progress and order say.
+  void enter_phase() {
+    swapper.reset();
+    selector.reset();
+    if (progress.phase == VacPhase::done) return;
+    fields.clear();
+    if (progress.phase == VacPhase::fill) {
+      turn_on_where([&](std::uint64_t p) { return order.has_rank(p); });
+    } else {
+      turn_on_where([&](std::uint64_t p) { return order.is_on(p); });
+    }
+    if (progress.phase == VacPhase::swap) {
+      swapper.emplace(fields, exchange, hash);
+    } else {
+      enter_picking();
+    }
+  }
+
+  void enter_picking() {
+    swapper.reset();
+    selector.emplace(spec, kernel);
+    fields.refresh_bounds(progress.phase == VacPhase::fill ? VacView::voids : VacView::clusters);
+  }
+
+  // The pixels that are on travel as one bit for each pixel, and only so many at once that their positions take little
+  // memory.
+  template <class IsOn>
+  void turn_on_where(const IsOn& is_on) {
+    constexpr std::uint64_t chunk = std::uint64_t{1} << 20;
+    const auto cells = static_cast<std::uint64_t>(spec.extents.cells_per_slice());
+    const auto num_cells = static_cast<std::uint64_t>(spec.extents.num_cells());
+    std::vector<std::uint64_t> positions;
+    std::vector<std::byte> bits;
+    for (std::uint64_t from = 0; from < num_cells; from += chunk) {
+      const std::uint64_t to = std::min(from + chunk, num_cells);
+      const auto first = std::clamp(order.begin(), from, to);
+      const auto last = std::clamp(order.end(), from, to);
+      bits.assign((last - first + 7) / 8, std::byte{0});
+      for (std::uint64_t p = first; p < last; ++p) {
+        if (is_on(p)) bits[(p - first) / 8] |= std::byte{1} << ((p - first) % 8);
+      }
+      const std::vector<std::byte> all = exchange.gather(std::span<const std::byte>(bits));
+      positions.clear();
+      std::size_t block = 0;
+      for (int rank = 0; rank < partition.num_ranks(); ++rank) {
+        const auto rank_first = std::clamp(cells * static_cast<std::uint64_t>(partition.begin(rank)), from, to);
+        const auto rank_last = std::clamp(cells * static_cast<std::uint64_t>(partition.end(rank)), from, to);
+        for (std::uint64_t p = rank_first; p < rank_last; ++p) {
+          const std::uint64_t bit = p - rank_first;
+          if ((all[block + bit / 8] >> (bit % 8) & std::byte{1}) != std::byte{0}) positions.push_back(p);
+        }
+        block += (rank_last - rank_first + 7) / 8;
+      }
+      fields.turn_on(positions);
+    }
+  }
+
+  // One swap, or the end of the phase.
+  void swap() {
+    const auto swap = swapper->next();
+    if (!swap) {
+      progress.phase = VacPhase::drain;
+      enter_picking();
+      return;
+    }
+    if (order.has(swap->from)) order.set_off(swap->from);
+    if (order.has(swap->to)) order.set_on(swap->to);
+    ++progress.num_swaps;
+  }
+
+  // Up to `max_picks` picks of drain or fill; returns how many.
+  std::int64_t pick(std::int64_t max_picks) {
+    const bool filling = progress.phase == VacPhase::fill;
+    const VacView view = filling ? VacView::voids : VacView::clusters;
+    const std::uint64_t limit = search.find(view, open_fraction(), candidates);
+    selector->select(view, candidates, limit, static_cast<std::size_t>(std::min(max_picks, batch_limit)), picks);
+    for (const std::uint32_t i : picks) {
+      const auto rank = filling ? progress.num_ranked : progress.num_start_points - 1 - progress.num_ranked;
+      if (order.has(candidates[i].position)) order.set_rank(candidates[i].position, static_cast<std::uint64_t>(rank));
+      ++progress.num_ranked;
+    }
+    picked.clear();
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (selector->picked(i)) {
+        picked.push_back(candidates[i].position);
+      } else {
+        fields.lower_bound_to(candidates[i].position, selector->energy(i));
+      }
+    }
+    if (filling) {
+      fields.turn_on(picked);
+    } else {
+      fields.turn_off(picked);
+    }
+    return static_cast<std::int64_t>(picks.size());
+  }
+
+  void advance(std::int64_t max_picks) {
+    while (max_picks > 0 && progress.phase != VacPhase::done) {
+      if (progress.phase == VacPhase::swap) {
+        if (progress.num_start_points > 0) {
+          swap();
+          --max_picks;
+        } else {
+          progress.phase = VacPhase::drain;
+        }
+      } else if (progress.phase == VacPhase::drain && progress.num_ranked == progress.num_start_points) {
+        progress.phase = VacPhase::fill;
+        enter_phase();
+      } else if (progress.num_ranked == spec.extents.num_cells()) {
+        progress.phase = VacPhase::done;
+      } else {
+        max_picks -= pick(max_picks);
+      }
+    }
+    if (progress.num_ranked == spec.extents.num_cells()) progress.phase = VacPhase::done;
+  }
+
+  // The share of the leaves that a batch may open: more picks a batch, but more candidates that are raised and not
+  // picked. Planes along slice axes want large batches, whose picks share the lines that they write to.
+  double open_fraction() const {
+    const bool has_far_plane = std::any_of(kernel.groups().begin(), kernel.groups().end(),
+                                           [](const auto& group) { return group.axis0 != 0 && !group.others.empty(); });
+    return has_far_plane ? 0.4 : 0.1;
+  }
+
+  const Communicator& communicator;
+  VacSpec spec;
+  Partition partition;
+  SliceIndex begin;
+  SliceIndex end;
+  VacKernel kernel;
+  VacTieHash hash;
+  VacExchange exchange;
+  VacFields fields;
+  VacSearch search;
+  VacOrder order;
+  VacProgress progress;
+  std::int64_t batch_limit = std::numeric_limits<std::int64_t>::max();
+  std::optional<VacSwapper> swapper;    // swap
+  std::optional<VacSelector> selector;  // drain, fill
+  std::vector<VacCandidate> candidates;
+  std::vector<std::uint32_t> picks;
+  std::vector<std::uint64_t> picked;
+};
+
+namespace {
+
+const VacSpec& checked(const VacSpec& spec) {
+  check_vac_spec(spec);
+  return spec;
+}
+
+}  // namespace
+
+VoidAndCluster::VoidAndCluster(const VacSpec& spec, const Communicator& communicator, ThreadPool& pool)
+    : impl_(std::make_unique<Impl>(checked(spec), communicator, pool)) {}
+VoidAndCluster::~VoidAndCluster() = default;
+
+void VoidAndCluster::start() { impl_->start(); }
+
+void VoidAndCluster::restore(const VacProgress& progress,
+                             const std::function<std::vector<std::byte>(SliceIndex)>& order) {
+  impl_->restore(progress, order);
+}
+
+void VoidAndCluster::limit_batches(std::int64_t max_picks) { impl_->batch_limit = max_picks; }
+void VoidAndCluster::advance(std::int64_t max_picks) { impl_->advance(max_picks); }
+const VacProgress& VoidAndCluster::progress() const { return impl_->progress; }
+const Partition& VoidAndCluster::partition() const { return impl_->partition; }
+bool VoidAndCluster::wide() const { return impl_->order.wide(); }
+std::vector<std::byte> VoidAndCluster::order(SliceIndex slice) const { return impl_->order.bytes(slice); }
+std::int64_t VoidAndCluster::collectives() const { return impl_->exchange.collectives(); }
+std::int64_t VoidAndCluster::bytes_sent() const { return impl_->exchange.bytes(); }
+
+}  // namespace noiseloom

@@ -1,0 +1,118 @@
+#include "noiseloom/files/output_files.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+#include <system_error>
+
+#include "noiseloom/core/error.h"
+
+namespace noiseloom {
+namespace fs = std::filesystem;
+namespace {
+
+// Runs `work` on an open file and closes it, whatever happens.
+template <class Work>
+void with_file(FileOps& ops, int file, Work work) {
+  try {
+    work(file);
+  } catch (...) {
+    try {
+      ops.close(file);
+    } catch (const EnvironmentError&) {  // the first failure is the one to tell
+    }
+    throw;
+  }
+  ops.close(file);
+}
+
+// Creates a folder and those above it; the ones that were missing are appended, outermost first.
+void create_folders(const fs::path& folder, std::vector<std::string>& created) {
+  std::error_code error;
+  if (fs::is_directory(folder, error)) return;
+  if (fs::exists(folder, error)) throw UserError(folder.string(), "exists and is not a folder");
+  if (folder.has_parent_path() && folder.parent_path() != folder) create_folders(folder.parent_path(), created);
+  if (!fs::create_directory(folder, error) && error)
+    throw EnvironmentError(fmt::format("{}: cannot create the folder: {}", folder.string(), error.message()));
+  created.push_back(folder.string());
+}
+
+}  // namespace
+
+OutputFiles::~OutputFiles() {
+  std::error_code ignored;  // nothing more can be done about a file that will not go
+  for (const auto& [temporary, target] : files_) fs::remove(temporary, ignored);
+  for (auto folder = new_folders_.rbegin(); folder != new_folders_.rend(); ++folder) fs::remove(*folder, ignored);
+}
+
+void OutputFiles::check(const std::vector<std::string>& targets) const {
+  std::vector<Fault> faults;
+  std::vector<std::string> existing;
+  std::error_code error;
+  for (const std::string& target : targets) {
+    if (fs::is_directory(target, error))
+      faults.push_back({target, "is a folder"});
+    else if (!overwrite_ && fs::exists(target, error))
+      existing.push_back(target);
+  }
+  if (existing.size() == 1) faults.push_back({existing.front(), "exists; --overwrite replaces it"});
+  if (existing.size() > 1)
+    faults.push_back(
+        {existing.front(), fmt::format("exists, and {} more of the {} files to write; --overwrite replaces "
+                                       "them",
+                                       existing.size() - 1, targets.size())});
+  throw_if_any(std::move(faults));
+}
+
+std::vector<std::string> OutputFiles::targets() const {
+  std::vector<std::string> targets;
+  for (const auto& [temporary, target] : files_) targets.push_back(target);
+  return targets;
+}
+
+std::string OutputFiles::add(const std::string& target) {
+  const fs::path path(target);
+  check({target});
+  create_folders(parent_directory(target), new_folders_);
+  const fs::path temporary = fs::path(parent_directory(target)) / fmt::format(".{}.partial-{}{}", path.stem().string(),
+                                                                              ::getpid(), path.extension().string());
+  std::error_code ignored;
+  fs::remove(temporary, ignored);  // left by a killed process of the same number
+  files_.emplace_back(temporary.string(), target);
+  return temporary.string();
+}
+
+void OutputFiles::write(const std::string& target, std::span<const std::byte> bytes) {
+  write_pieces(target, [&](const Append& append) { append(bytes); });
+}
+
+void OutputFiles::write(const std::string& target, const std::string& text) {
+  write(target, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+void OutputFiles::write_pieces(const std::string& target, const std::function<void(const Append&)>& write) {
+  with_file(ops_, ops_.create(add(target)), [&](int file) {
+    std::uint64_t offset = 0;
+    write([&](std::span<const std::byte> bytes) {
+      ops_.write(file, offset, bytes);
+      offset += bytes.size();
+    });
+  });
+}
+
+void OutputFiles::commit() {
+  std::set<std::string> folders;
+  for (const auto& [temporary, target] : files_) {
+    with_file(ops_, ops_.open(temporary), [&](int file) { ops_.sync(file); });
+    folders.insert(parent_directory(target));
+  }
+  for (const auto& [temporary, target] : files_) ops_.rename(temporary, target);
+  for (const std::string& folder : folders) ops_.sync_directory(folder);
+  files_.clear();
+  new_folders_.clear();
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,300 @@
+// Writing a run file. Everything but slices and checksums is written first, /provenance last of that, so that no
+// address depends on what may differ between equal runs.
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <chrono>
+#include <filesystem>
+
+#include "files/hdf5_driver.h"
+#include "files/run_file_block.h"
+#include "files/run_file_slices.h"
+#include "noiseloom/files/digest.h"
+#include "noiseloom/files/run_file.h"
+
+namespace noiseloom {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "slices and checksums lie in the file as in memory");
+
+constexpr std::string_view temporary_infix = ".tmp-";
+constexpr std::string_view seconds_column = "seconds";
+
+// Unique among hosts, processes and the writers of one process.
+std::string temporary_name(const std::string& path) {
+  static std::atomic<int> count = 0;
+  char host[256] = {};
+  ::gethostname(host, sizeof host - 1);
+  const auto now = std::chrono::system_clock::now().time_since_epoch().count();
+  return path + std::string(temporary_infix) + host + "-" + std::to_string(::getpid()) + "-" + std::to_string(now) +
+         "-" + std::to_string(count++);
+}
+
+// What an action may throw while another failure is already on its way.
+template <class Action>
+void attempt(Action action) noexcept {
+  try {
+    action();
+  } catch (const std::exception&) {
+  }
+}
+
+struct OpenDataset {
+  SliceDataset spec;
+  hdf5::Handle data;
+  hdf5::Handle checksums;
+  SlicePlace place;
+  std::vector<std::uint64_t> digests;
+  std::vector<bool> written;
+};
+
+// "/samples" under /checksum, and the key of its combined checksum there.
+std::string checksum_path(const std::string& dataset) { return "/checksum" + dataset; }
+std::string checksum_key(const std::string& dataset) { return dataset.substr(1); }
+
+std::string combined(const OpenDataset& dataset) {
+  NOISELOOM_CHECK(std::ranges::all_of(dataset.written, std::identity{}));
+  return to_hex(digest_of(std::as_bytes(std::span(dataset.digests))));
+}
+
+std::uint64_t offset_of(hid_t dataset, const std::string& what) {
+  const haddr_t offset = H5Dget_offset(dataset);
+  if (offset == HADDR_UNDEF) hdf5::fail(what);
+  return offset;
+}
+
+}  // namespace
+
+struct RunFileWriter::Impl {
+  Impl(FileOps& file_ops, std::string target, const RunFileContent& content)
+      : ops(file_ops), path(std::move(target)), temporary(temporary_name(path)), extents(content.extents) {
+    fd = ops.create(temporary);
+    try {
+      create_structure(content);
+    } catch (...) {
+      discard();
+      throw;
+    }
+  }
+  ~Impl() { discard(); }
+
+  void create_structure(const RunFileContent& content);
+  void create_file();
+  void create_dataset(const SliceDataset& spec);
+  void write_history(const RunFileContent& content);
+  void write_provenance(const RunFileContent& content);
+  void write_checksums();
+  void close_hdf5();
+  void write_block();
+  void rename_into_place();
+  void discard() noexcept;
+  hdf5::Location location() const { return {file.id(), temporary}; }
+
+  FileOps& ops;
+  std::string path;
+  std::string temporary;
+  Extents extents;
+  int fd = -1;
+  bool published = false;
+  std::uint64_t block_bytes = 0;
+  std::shared_ptr<hdf5::DriverFile> driver;
+  hdf5::Handle file;
+  std::vector<OpenDataset> datasets;
+};
+
+void RunFileWriter::Impl::create_structure(const RunFileContent& content) {
+  const hdf5::Quiet quiet;
+  std::vector<std::string> names;
+  for (const SliceDataset& spec : content.datasets) {
+    NOISELOOM_CHECK(spec.name.starts_with('/') && spec.name.find_first_of(" \n") == std::string::npos);
+    NOISELOOM_CHECK(spec.channels >= 1 && (spec.channel_axis || spec.channels == 1));
+    names.push_back(spec.name);
+  }
+  block_bytes = block_bytes_for(names);
+  create_file();
+  const hdf5::Location at = location();
+  std::vector<std::int64_t> sizes;
+  std::string axes;
+  for (int axis = 0; axis < extents.num_axes(); ++axis) {
+    sizes.push_back(extents.size(axis));
+    axes += (axis > 0 ? " " : "") + extents.name(axis);
+  }
+  hdf5::write_attribute(at, "/", "format", std::int64_t{run_file_format});
+  hdf5::write_attribute(at, "/", "axes", axes);
+  hdf5::write_attribute(at, "/", "extents", sizes);
+  hdf5::create_group(at, "/state");
+  for (const auto& [key, value] : content.state) hdf5::write_attribute(at, "/state", key, value);
+  hdf5::create_group(at, "/checksum");
+  for (const SliceDataset& spec : content.datasets) create_dataset(spec);
+  hdf5::write_text(at, "/config", content.config);
+  write_history(content);
+  write_provenance(content);
+  driver->rethrow();
+}
+
+void RunFileWriter::Impl::create_file() {
+  const std::string what = temporary + ": cannot describe the HDF5 file";
+  const hdf5::Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose, what);
+  hdf5::checked(H5Pset_userblock(creation.id(), block_bytes), what);
+  hdf5::checked(H5Pset_obj_track_times(creation.id(), false), what);
+  const hdf5::Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, what);
+  hdf5::checked(H5Pset_libver_bounds(access.id(), H5F_LIBVER_V110, H5F_LIBVER_V110), what);
+  driver = std::make_shared<hdf5::DriverFile>(ops, fd);
+  file = hdf5::create_file(driver, temporary, creation.id(), access.id());
+}
+
+void RunFileWriter::Impl::create_dataset(const SliceDataset& spec) {
+  const hdf5::Location at = location();
+  const auto num_slices = narrow<std::size_t>(extents.num_slices());
+  OpenDataset dataset;
+  dataset.spec = spec;
+  dataset.digests.resize(num_slices);
+  dataset.written.resize(num_slices);
+  hdf5::create_parents(at, spec.name);
+  dataset.data = hdf5::create_dataset(at, spec.name, stored_type(spec.type), dimensions_of(spec, extents));
+  hdf5::write_dimension_labels(at, dataset.data.id(), labels_of(spec, extents));
+  hdf5::create_parents(at, checksum_path(spec.name));
+  dataset.checksums = hdf5::create_dataset(at, checksum_path(spec.name), H5T_STD_U64LE, {num_slices});
+  // Takes its room now; the value follows when all slices are there.
+  hdf5::write_attribute(at, "/checksum", checksum_key(spec.name), to_hex(0));
+  dataset.place = {spec.name, offset_of(dataset.data.id(), temporary + ": no place in the file for " + spec.name),
+                   num_slices, bytes_per_slice(spec, extents),
+                   offset_of(dataset.checksums.id(), temporary + ": no place in the file for checksums")};
+  datasets.push_back(std::move(dataset));
+}
+
+void RunFileWriter::Impl::write_history(const RunFileContent& content) {
+  const hdf5::Location at = location();
+  hdf5::create_group(at, "/history", true);
+  for (const auto& [column, values] : content.history) {
+    NOISELOOM_CHECK_EQ(values.size(), content.history.front().second.size());
+    if (column != seconds_column) {
+      hdf5::write_numbers(at, "/history/" + column, values);
+    } else {
+      hdf5::checked(H5Lcreate_soft(("/provenance/" + column).c_str(), file.id(), ("/history/" + column).c_str(),
+                                   H5P_DEFAULT, H5P_DEFAULT),
+                    temporary + ": cannot link /history/" + column);
+    }
+  }
+}
+
+void RunFileWriter::Impl::write_provenance(const RunFileContent& content) {
+  const hdf5::Location at = location();
+  hdf5::create_group(at, "/provenance");
+  for (const auto& [key, value] : content.provenance) hdf5::write_attribute(at, "/provenance", key, value);
+  for (const auto& [column, values] : content.history) {
+    if (column == seconds_column) hdf5::write_numbers(at, "/provenance/" + column, values);
+  }
+}
+
+void RunFileWriter::Impl::write_checksums() {
+  const std::string what = temporary + ": cannot write /checksum";
+  const hdf5::Handle group(H5Gopen2(file.id(), "/checksum", H5P_DEFAULT), H5Gclose, what);
+  for (const OpenDataset& dataset : datasets) {
+    const std::string value = combined(dataset);
+    hdf5::checked(
+        H5Dwrite(dataset.checksums.id(), H5T_STD_U64LE, H5S_ALL, H5S_ALL, H5P_DEFAULT, dataset.digests.data()), what);
+    const hdf5::Handle attribute(H5Aopen(group.id(), checksum_key(dataset.spec.name).c_str(), H5P_DEFAULT), H5Aclose,
+                                 what);
+    const hdf5::Handle type(H5Aget_type(attribute.id()), H5Tclose, what);
+    hdf5::checked(H5Awrite(attribute.id(), type.id(), value.data()), what);
+  }
+}
+
+void RunFileWriter::Impl::close_hdf5() {
+  const std::string what = temporary + ": cannot close";
+  for (OpenDataset& dataset : datasets) {
+    dataset.data.close(what);
+    dataset.checksums.close(what);
+  }
+  file.close(what);
+  driver->rethrow();
+}
+
+void RunFileWriter::Impl::write_block() {
+  RunFileBlock block;
+  block.block_bytes = block_bytes;
+  block.length = ops.size(fd);
+  for (const OpenDataset& dataset : datasets) block.slices.push_back(dataset.place);
+  block.rest = rest_places(block);
+  for (RestPlace& place : block.rest) place.digest = digest_of_range(ops, fd, place.begin, place.end);
+  const std::string text = to_text(block);
+  ops.write(fd, 0, std::as_bytes(std::span(text)));
+}
+
+void RunFileWriter::Impl::rename_into_place() {
+  const bool replaces = ops.exists(path);
+  if (replaces) ops.rename(path, previous_generation(path));
+  try {
+    ops.rename(temporary, path);
+  } catch (...) {
+    if (replaces) attempt([&] { ops.rename(previous_generation(path), path); });
+    throw;
+  }
+  published = true;
+  ops.sync_directory(parent_directory(path));
+}
+
+void RunFileWriter::Impl::discard() noexcept {
+  const hdf5::Quiet quiet;
+  if (driver) driver->abandon();
+  datasets.clear();
+  file = {};
+  if (fd >= 0) attempt([&] { ops.close(std::exchange(fd, -1)); });
+  if (!published) attempt([&] { ops.remove(temporary); });
+}
+
+RunFileWriter::RunFileWriter(FileOps& ops, std::string path, const RunFileContent& content)
+    : impl_(std::make_unique<Impl>(ops, std::move(path), content)) {}
+
+RunFileWriter::~RunFileWriter() = default;
+
+void RunFileWriter::write_slice(int dataset, SliceIndex slice, std::span<const std::byte> bytes) {
+  const hdf5::Quiet quiet;
+  OpenDataset& target = impl_->datasets.at(narrow<std::size_t>(dataset));
+  const auto index = narrow<std::size_t>(slice);
+  NOISELOOM_CHECK(index < target.written.size() && !target.written[index]);
+  noiseloom::write_slice(target.data.id(), target.spec, impl_->extents, slice, bytes,
+                         impl_->temporary + ": cannot write a slice of " + target.spec.name);
+  impl_->driver->rethrow();
+  target.digests[index] = digest_of(bytes);
+  target.written[index] = true;
+}
+
+void RunFileWriter::publish() {
+  const hdf5::Quiet quiet;
+  impl_->write_checksums();
+  impl_->close_hdf5();
+  impl_->write_block();
+  impl_->ops.sync(impl_->fd);
+  impl_->ops.close(std::exchange(impl_->fd, -1));
+  impl_->rename_into_place();
+}
+
+std::string RunFileWriter::checksum(int dataset) const {
+  return combined(impl_->datasets.at(narrow<std::size_t>(dataset)));
+}
+
+std::string previous_generation(const std::string& path) { return path + ".prev"; }
+
+void restore_previous_generation(FileOps& ops, const std::string& path) {
+  if (ops.exists(path)) ops.rename(path, path + ".damaged");
+  ops.rename(previous_generation(path), path);
+  ops.sync_directory(parent_directory(path));
+}
+
+void remove_stale_temporaries(FileOps& ops, const std::string& path) {
+  const std::string start = std::filesystem::path(path).filename().string() + std::string(temporary_infix);
+  std::vector<std::string> stale;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry(parent_directory(path), error), end; !error && entry != end;
+       entry.increment(error)) {
+    if (entry->path().filename().string().starts_with(start)) stale.push_back(entry->path().string());
+  }
+  if (error) throw EnvironmentError(parent_directory(path) + ": cannot list the folder: " + error.message());
+  for (const std::string& name : stale) ops.remove(name);
+}
+
+}  // namespace noiseloom

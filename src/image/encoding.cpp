@@ -1,0 +1,118 @@
+#include "noiseloom/image/encoding.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+namespace noiseloom {
+namespace {
+
+bool parse_number(std::string_view text, double& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size() && std::isfinite(value);
+}
+
+PixelLayout named(std::vector<int> source, std::vector<std::string> names) {
+  PixelLayout layout{std::move(source), std::move(names), -1};
+  for (std::size_t i = 0; i < layout.names.size(); ++i)
+    if (layout.names[i] == "A") layout.alpha = static_cast<int>(i);
+  return layout;
+}
+
+PixelLayout numbered(int channels) {
+  PixelLayout layout;
+  for (int c = 0; c < channels; ++c) {
+    layout.source.push_back(c);
+    layout.names.push_back(fmt::format("c{}", c));
+  }
+  return layout;
+}
+
+PixelLayout exr_layout(int channels, bool with_density) {
+  static const std::vector<std::vector<std::string>> names = {{"Y"}, {"R", "G"}, {"R", "G", "B"}, {"R", "G", "B", "A"}};
+  if (channels > 4) return numbered(channels);
+  std::vector<int> source;
+  for (int c = 0; c < channels; ++c) source.push_back(c);
+  std::vector<std::string> channel_names = names[static_cast<std::size_t>(channels - 1)];
+  if (with_density) {
+    source.push_back(density_channel);
+    channel_names.emplace_back("A");
+  }
+  return named(std::move(source), std::move(channel_names));
+}
+
+}  // namespace
+
+std::optional<ValueRange> natural_range(const SampleSpec& samples) {
+  switch (samples.kind) {
+    case SampleKind::uniform:
+    case SampleKind::tent:
+    case SampleKind::circle:
+    case SampleKind::vector:
+      return ValueRange{0, 1};
+    case SampleKind::sphere:
+    case SampleKind::hemisphere:
+    case SampleKind::hemisphere_cosine:
+    case SampleKind::disk:
+      return ValueRange{-1, 1};
+    case SampleKind::gauss:
+    case SampleKind::file:
+      return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+ValueRange parse_range(const std::string& text) {
+  ValueRange range;
+  const std::size_t colon = text.find(':');
+  const bool parsed = colon != std::string::npos && parse_number(std::string_view(text).substr(0, colon), range.lo) &&
+                      parse_number(std::string_view(text).substr(colon + 1), range.hi);
+  if (!parsed || range.lo >= range.hi)
+    throw UserError("command line",
+                    fmt::format("--range {}: must be two numbers LO:HI with LO < HI, such as --range=-4:4", text));
+  return range;
+}
+
+std::string shortest_number(double value) { return fmt::format("{}", value); }
+
+std::optional<PixelLayout> pixel_layout(ImageFormat format, int channels, bool with_density, std::string& why) {
+  if (with_density && (channels > 3 || format == ImageFormat::hdr)) {
+    why = channels > 3 ? fmt::format("--pdf needs the fourth channel, but the samples have {} of their own", channels)
+                       : "--pdf: hdr has no alpha channel; accepted with --pdf: png, exr, tiff";
+    return std::nullopt;
+  }
+  if (format == ImageFormat::exr) return exr_layout(channels, with_density);
+  if (format == ImageFormat::hdr) {
+    if (channels > 3) {
+      why = fmt::format("hdr holds three channels, the samples have {}; accepted for them: exr, tiff, npy, raw{}",
+                        channels, channels == 4 ? ", png" : "");
+      return std::nullopt;
+    }
+    const int g = channels > 1 ? 1 : 0;
+    const int b = channels == 3 ? 2 : channels == 2 ? zero_channel : 0;
+    return named({0, g, b}, {"R", "G", "B"});
+  }
+  if (channels > 4) {
+    if (format == ImageFormat::tiff) return numbered(channels);
+    why = fmt::format("png holds four channels, the samples have {}; accepted for them: exr, tiff, npy, raw", channels);
+    return std::nullopt;
+  }
+  if (with_density) {
+    const int g = channels > 1 ? 1 : 0;
+    const int b = channels == 3 ? 2 : channels == 2 ? zero_channel : 0;
+    return named({0, g, b, density_channel}, {"R", "G", "B", "A"});
+  }
+  switch (channels) {
+    case 1:
+      return named({0}, {"Y"});
+    case 2:
+      return named({0, 1, zero_channel}, {"R", "G", "B"});
+    case 3:
+      return named({0, 1, 2}, {"R", "G", "B"});
+    default:
+      return named({0, 1, 2, 3}, {"R", "G", "B", "A"});
+  }
+}
+
+}  // namespace noiseloom

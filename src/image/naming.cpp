@@ -1,0 +1,177 @@
+#include "noiseloom/image/naming.h"
+
+#include <fmt/format.h>
+
+#include "noiseloom/image/sequence.h"
+#include "noiseloom/samples/sample_space.h"
+
+namespace noiseloom {
+namespace {
+
+std::string nvidia_type(const SampleSpec& samples) {
+  switch (samples.kind) {
+    case SampleKind::uniform:
+    case SampleKind::tent:
+    case SampleKind::gauss:
+      return "scalar";
+    case SampleKind::vector:
+      return fmt::format("vec{}", samples.channels);
+    case SampleKind::sphere:
+      return "unitvec3";
+    case SampleKind::hemisphere:
+      return "unitvec3_hemisphere";
+    case SampleKind::hemisphere_cosine:
+      return "unitvec3_cosine";
+    case SampleKind::circle:
+      return "circle";
+    case SampleKind::disk:
+      return "disk";
+    case SampleKind::file:
+      return "file";
+  }
+  return "file";
+}
+
+std::string ea_space(const SampleSpec& samples) {
+  switch (samples.kind) {
+    case SampleKind::uniform:
+      return "real_uniform";
+    case SampleKind::tent:
+      return "real_tent";
+    case SampleKind::gauss:
+      return "real_gauss";
+    case SampleKind::circle:
+      return "circle_uniform";
+    case SampleKind::vector:
+      return fmt::format("vector{}_uniform", samples.channels);
+    case SampleKind::sphere:
+      return "sphere_uniform";
+    case SampleKind::hemisphere:
+      return "sphere_uniformhemisphere";
+    case SampleKind::hemisphere_cosine:
+      return "sphere_cosine";
+    case SampleKind::disk:
+      return "disk_uniform";
+    case SampleKind::file:
+      return "file";
+  }
+  return "file";
+}
+
+// "1.0", "1.3435": always with a decimal point, as in the published names.
+std::string decimal(double value) {
+  std::string text = fmt::format("{}", value);
+  if (text.find_first_not_of("0123456789-") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string ea_kernel(const KernelSpec& kernel) {
+  switch (kernel.kind) {
+    case KernelKind::box:
+      return fmt::format("box_{}", kernel.size);
+    case KernelKind::gauss:
+      return "gauss_" + decimal(kernel.sigma);
+    case KernelKind::binomial:
+      return fmt::format("binomial_{}", kernel.n);
+    case KernelKind::ema:
+      return fmt::format("exponential_{}_{}", decimal(kernel.alpha), decimal(kernel.rejection));
+    case KernelKind::table:
+      return "table";
+    case KernelKind::gauss_energy:
+      return "gaussenergy_" + decimal(kernel.sigma);
+  }
+  return "table";
+}
+
+std::string nvidia_name(const ProblemSpec& problem) {
+  std::string groups;
+  for (const GroupSpec& group : problem.filter.groups)
+    groups += fmt::format("{}{}D", groups.empty() ? "" : "x", group.axes.size());
+  std::string size;
+  for (int axis = 0; axis < problem.extents.num_axes(); ++axis)
+    size += fmt::format("{}{}", axis == 0 ? "" : "x", problem.extents.size(axis));
+  return fmt::format("stbn_{}_{}_{}", nvidia_type(problem.samples), groups, size);
+}
+
+std::string ea_name(const ProblemSpec& problem) {
+  const FilterSpec& filter = problem.filter;
+  std::string name = ea_space(problem.samples);
+  for (const GroupSpec& group : filter.groups) name += fmt::format("_{}", ea_kernel(group.kernel));
+  if (filter.groups.size() > 1)
+    name += filter.combine == Combine::product ? "_product"
+                                               : fmt::format("_separate_{}", decimal(filter.groups.front().weight));
+  return name;
+}
+
+}  // namespace
+
+Naming parse_naming(const std::string& text) {
+  if (text == "plain") return {NamingScheme::plain, ""};
+  if (text == "nvidia") return {NamingScheme::nvidia, ""};
+  if (text == "ea") return {NamingScheme::ea, ""};
+  if (is_sequence_pattern(text)) return {NamingScheme::pattern, text};
+  const std::string nearest = nearest_word(text, {"plain", "nvidia", "ea"});
+  throw UserError("command line",
+                  fmt::format("--naming {}: unknown scheme{}; accepted: plain, nvidia, ea, or a pattern such as "
+                              "noise_{{slice}}",
+                              text, nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
+}
+
+std::string texture_name(const Naming& naming, const ProblemSpec& problem, const std::string& stem) {
+  switch (naming.scheme) {
+    case NamingScheme::nvidia:
+      return nvidia_name(problem);
+    case NamingScheme::ea:
+      return ea_name(problem);
+    case NamingScheme::plain:
+    case NamingScheme::pattern:
+      return stem;
+  }
+  return stem;
+}
+
+std::string slice_file_name(const Naming& naming, const std::string& name, std::int64_t slice, std::int64_t num_slices,
+                            const std::string& extension) {
+  if (naming.scheme == NamingScheme::pattern) {
+    const std::string filled = fill_pattern(naming.pattern, slice);
+    return filled.ends_with(extension) ? filled : filled + extension;
+  }
+  if (naming.scheme != NamingScheme::plain) return fmt::format("{}_{}{}", name, slice, extension);
+  if (num_slices == 1) return name + extension;
+  const std::size_t digits = std::to_string(num_slices - 1).size();
+  return fmt::format("{}_{:0{}}{}", name, slice, digits, extension);
+}
+
+std::string describe_filter(const Extents& extents, const FilterSpec& filter) {
+  std::string text;
+  for (const GroupSpec& group : filter.groups) {
+    if (!text.empty()) text += filter.combine == Combine::product ? " x " : " + ";
+    const KernelSpec& kernel = group.kernel;
+    if (filter.combine == Combine::sum && filter.groups.size() > 1) text += fmt::format("{:.3g} ", group.weight);
+    switch (kernel.kind) {
+      case KernelKind::box:
+        text += fmt::format("box {}", kernel.size);
+        break;
+      case KernelKind::gauss:
+        text += fmt::format("gauss {}", kernel.sigma);
+        break;
+      case KernelKind::binomial:
+        text += fmt::format("binomial {}", kernel.n);
+        break;
+      case KernelKind::ema:
+        text += fmt::format("ema {} (rejection {})", kernel.alpha, kernel.rejection);
+        break;
+      case KernelKind::table:
+        text += fmt::format("table {}", kernel.file);
+        break;
+      case KernelKind::gauss_energy:
+        text += fmt::format("gauss-energy {}", kernel.sigma);
+        break;
+    }
+    text += " over ";
+    for (const int axis : group.axes) text += extents.name(axis);
+  }
+  return text;
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,140 @@
+#include "noiseloom/run/checkpoint.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "noiseloom/files/digest.h"
+#include "run/checkpoint_parts.h"
+
+namespace noiseloom {
+namespace {
+
+const char* const permutation_name = "/state/permutation";
+const char* const pdf_name = "/pdf";
+
+constexpr auto visit_state = [](auto& state, const auto& visit) {
+  visit("sweep", state.sweep);
+  visit("step", state.step);
+  visit("accepted", state.accepted);
+  visit("candidates", state.candidates);
+  visit("temperature", state.temperature);
+  visit("elapsed_s", state.elapsed_s);
+  visit("fraction", state.fraction);
+  visit("mean_magnitude", state.mean_magnitude);
+  visit("mean_distance", state.mean_distance);
+  visit("round_score", state.round_score);
+  visit("finished", state.finished);
+};
+
+constexpr auto visit_row = [](auto&& row, const auto& visit) {
+  visit("sweep", row.sweep);
+  visit("iterations", row.iterations);
+  visit("temperature", row.temperature);
+  visit("acceptance", row.acceptance);
+  visit("relative_error", row.relative_error);
+  visit("seconds", row.seconds);
+};
+
+std::vector<SliceDataset> datasets_for(const SampleSource& source) {
+  std::vector<SliceDataset> datasets = {{samples_name, ElementType::float32, source.channels(), true},
+                                        {permutation_name, ElementType::uint32, 1, false}};
+  if (source.has_pdf()) datasets.push_back({pdf_name, ElementType::float32, 1, false});
+  return datasets;
+}
+
+std::vector<float> densities(const SampleSource& source, const std::vector<float>& samples) {
+  const auto channels = static_cast<std::size_t>(source.channels());
+  std::vector<float> pdf(samples.size() / channels);
+  for (std::size_t cell = 0; cell < pdf.size(); ++cell) {
+    pdf[cell] = static_cast<float>(source.pdf(samples.data() + cell * channels));
+  }
+  return pdf;
+}
+
+}  // namespace
+
+std::string inputs_digest(const RunConfig& config) {
+  if (config.written_paths.empty()) return "";
+  Digest digest;
+  std::vector<std::byte> bytes;
+  for (const auto& [path, written] : config.written_paths) {
+    const int fd = posix_file_ops().open(path);
+    bytes.resize(posix_file_ops().size(fd));
+    posix_file_ops().read(fd, 0, bytes);
+    posix_file_ops().close(fd);
+    digest.update(bytes);
+  }
+  return to_hex(digest.value());
+}
+
+std::string save_run(FileOps& ops, const std::string& path, const RunConfig& config, const SampleSource& source,
+                     Engine& engine, const Communicator& communicator, const std::string& inputs,
+                     const std::map<std::string, Attribute>& provenance) {
+  RunFileContent content = content_of(config, engine.state(), visit_state, visit_row, inputs, provenance);
+  content.datasets = datasets_for(source);
+  const auto produce = [&](SliceIndex slice, std::vector<std::byte>& block) {
+    block.clear();
+    const std::vector<float> samples = engine.samples(slice);
+    append(block, samples);
+    append(block, engine.permutation(slice));
+    if (source.has_pdf()) append(block, densities(source, samples));
+  };
+  return publish_run(ops, path, content, engine.partition(), communicator, produce);
+}
+
+EngineState engine_state(const RunFileContent& content) {
+  return state_of<EngineState>(content, visit_state, visit_row);
+}
+
+void restore_run(const RunFileReader* file, const Extents& extents, Engine& engine, const Communicator& communicator) {
+  EngineState state;
+  int samples = -1;
+  int permutation = -1;
+  communicator.on_root([&] {
+    state = engine_state(file->content());
+    samples = file->dataset(samples_name);
+    permutation = file->dataset(permutation_name);
+    if (samples < 0 || permutation < 0) throw UserError("", "the run file lacks /samples or /state/permutation");
+  });
+  broadcast_state(state, visit_state, communicator);
+
+  const auto cells = static_cast<std::size_t>(extents.cells_per_slice());
+  const std::vector<SliceIndex> held = engine.slices_held();
+  const Partition& partition = engine.partition();
+  std::map<SliceIndex, std::vector<std::uint32_t>> permutations;
+  std::map<SliceIndex, std::vector<std::byte>> stored;
+  const auto produce = [&](SliceIndex slice, std::vector<std::byte>& block) {
+    const auto& datasets = file->content().datasets;
+    const std::size_t size = bytes_per_slice(datasets[static_cast<std::size_t>(samples)], extents);
+    block.resize(cells * sizeof(std::uint32_t) + size);
+    file->read_slice(permutation, slice, std::span(block).first(cells * sizeof(std::uint32_t)));
+    file->read_slice(samples, slice, std::span(block).last(size));
+  };
+  const auto consume = [&](SliceIndex slice, std::span<const std::byte> block) {
+    const bool own = partition.owner(slice) == communicator.rank();
+    if (!own && std::find(held.begin(), held.end(), slice) == held.end()) return;
+    std::vector<std::uint32_t>& ids = permutations[slice];
+    ids.resize(cells);
+    std::memcpy(ids.data(), block.data(), cells * sizeof(std::uint32_t));
+    if (own)
+      stored[slice].assign(block.begin() + static_cast<std::ptrdiff_t>(cells * sizeof(std::uint32_t)), block.end());
+  };
+  communicator.stream_to_all(extents.num_slices(), produce, consume);
+  engine.restore(state, [&](SliceIndex slice) { return permutations.at(slice); });
+  communicator.together([&] {
+    for (const auto& [slice, expected] : stored) {
+      const std::vector<float> found = engine.samples(slice);
+      if (expected.size() != found.size() * sizeof(float) ||
+          std::memcmp(expected.data(), found.data(), expected.size()) != 0) {
+        throw UserError(
+            "", fmt::format("slice {}: the stored samples are not those that the config yields now; has a sample "
+                            "file changed, or the program's version?",
+                            slice));
+      }
+    }
+  });
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,215 @@
+#include "anneal/background.h"
+
+#include <gtest/gtest.h>
+#include <hwy/highway.h>
+
+#include "anneal/texture_fixture.h"
+
+namespace noiseloom {
+namespace {
+
+using namespace testing_support;
+using test::Space;
+using test::Texture;
+
+struct BackgroundCase {
+  std::string name;
+  Extents extents;
+  FilterSpec filter;
+};
+
+std::vector<BackgroundCase> cases() {
+  return {{"gauss x ema", Extents({19, 17, 5}), product({group({0, 1}, gauss(0.8)), group({2}, ema(0.1, 0.1))})},
+          {"box x box over two slice axes, folded", Extents({5, 7, 3, 2}),
+           product({group({0, 1}, box(5)), group({2, 3}, box(2))})},
+          {"a disc, which is not separable", Extents({13, 11, 3}),
+           product({group({0, 1}, gauss_energy(0.9)), group({2}, box(2))})}};
+}
+
+std::vector<float> samples_of(const Texture& texture, int slices) {
+  std::vector<float> list;
+  for (SliceIndex slice = 0; slice < slices; ++slice) {
+    const SliceField& field = texture.field(slice);
+    std::vector<float> values(static_cast<std::size_t>(field.layout().num_floats()));
+    values.resize(field.planar().size());
+    field.interleaved(values);
+    list.insert(list.end(), values.begin(), values.end());
+  }
+  return list;
+}
+
+double low_rank_kernel(const FeatureMap& map, const std::vector<double>& a, const std::vector<double>& b) {
+  const auto n = static_cast<std::size_t>(map.num_features());
+  double sum = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) sum += a[i] * map.mixing()[i * n + j] * b[j];
+  }
+  return sum;
+}
+
+// dE of the other slices alone, by a double loop, with `kernel_of_values(a, b)`.
+template <class Kernel>
+double others_change(const Footprint& footprint, const Texture& texture, SliceIndex slice, CellPair pair,
+                     const Kernel& kernel) {
+  const Extents& extents = footprint.extents();
+  const auto value = [&](SliceIndex s, Cell cell) {
+    std::array<float, 8> sample{};
+    texture.field(s).get(cell, sample.data());
+    return sample;
+  };
+  const auto a = value(slice, pair.i);
+  const auto b = value(slice, pair.j);
+  double sum = 0;
+  for (const SliceTaps& taps : footprint.slices().subspan(1)) {
+    for (const PlaneTap& tap : taps.taps) {
+      for (const auto& [centre, sign] : {std::pair{Cell{pair.i}, 1.0}, {Cell{pair.j}, -1.0}}) {
+        const std::int64_t x = (centre % extents.width() + tap.dx + extents.width()) % extents.width();
+        const std::int64_t y = (centre / extents.width() + tap.dy + extents.height()) % extents.height();
+        const auto s = value(extents.slice_at(slice, taps.offset), x + extents.width() * y);
+        sum += sign * tap.weight * (kernel(b.data(), s.data()) - kernel(a.data(), s.data()));
+      }
+    }
+  }
+  return 2 * sum;
+}
+
+std::vector<Space> spaces() { return test::all_spaces(); }
+
+TEST(Background, IsTheLowRankKernelSummedOverTheOtherSlices) {
+  for (const BackgroundCase& one : cases()) {
+    for (const Space& space : spaces()) {
+      const Footprint footprint(one.extents, one.filter);
+      const ValueKernel kernel = test::kernel_of(space, ValueKernelKind::distance, one.extents.num_axes());
+      const Texture texture(footprint, kernel, 5);
+      const FeatureMap map(kernel, 19, samples_of(texture, 1));
+      const auto with = make_swap_delta(footprint, kernel, Precision::single, &map);
+      const auto exact = make_swap_delta(footprint, kernel, Precision::dual);
+      with->bind(1, texture.field(1), texture.field_of());
+      exact->bind(1, texture.field(1), texture.field_of());
+      const auto low_rank = [&](const float* a, const float* b) {
+        return low_rank_kernel(map, map.features(a), map.features(b));
+      };
+      const auto full = [&](const float* a, const float* b) { return test::oracle_kernel(kernel, a, b); };
+      const Cell last = one.extents.cells_per_slice() - 1;
+      for (const CellPair pair : {test::pair(0, last), test::pair(last / 2, 3), test::pair(last / 3, last - 1)}) {
+        const double own = exact->delta(pair) - others_change(footprint, texture, 1, pair, full);
+        const double expected = own + others_change(footprint, texture, 1, pair, low_rank);
+        EXPECT_NEAR(with->delta(pair), expected, 2e-4 * footprint.weight_zero() + 1e-4 * std::abs(expected))
+            << one.name << " " << space.name;
+      }
+    }
+  }
+}
+
+// Root mean square of dE's error over that of dE itself, the other slices alone.
+double relative_error(const Space& space, ValueKernelKind kind, int rank) {
+  const BackgroundCase one = cases()[0];
+  const Footprint footprint(one.extents, one.filter);
+  const ValueKernel kernel = test::kernel_of(space, kind, one.extents.num_axes());
+  const Texture texture(footprint, kernel, 5);
+  const FeatureMap map(kernel, rank, samples_of(texture, 2));
+  const auto low_rank = [&](const float* a, const float* b) {
+    return low_rank_kernel(map, map.features(a), map.features(b));
+  };
+  const auto full = [&](const float* a, const float* b) { return test::oracle_kernel(kernel, a, b); };
+  double error = 0;
+  double size = 0;
+  for (std::uint32_t k = 0; k < 30; ++k) {
+    const CellPair pair{k, 300 - 7 * k};
+    const double exact = others_change(footprint, texture, 1, pair, full);
+    const double difference = others_change(footprint, texture, 1, pair, low_rank) - exact;
+    error += difference * difference;
+    size += exact * exact;
+  }
+  return std::sqrt(error / size);
+}
+
+TEST(Background, NearsTheExactChangeAsTheRankGrows) {
+  for (const Space& space : spaces()) {
+    const double low = relative_error(space, ValueKernelKind::distance, space.channels);
+    const double high = relative_error(space, ValueKernelKind::distance, 32);
+    EXPECT_LT(high, space.channels <= 4 ? 0.25 : 0.45) << space.name;
+    if (space.channels <= 4) {
+      EXPECT_LT(high, 0.9 * low) << space.name;
+    }
+  }
+}
+
+// -|a - b| of uniform scalars: what is left of the sum of 6 / (pi n)^2.
+TEST(FeatureMap, SaysWhatItMisses) {
+  std::vector<float> list;
+  for (int k = 0; k < 1024; ++k) list.push_back((static_cast<float>(k) + 0.5F) / 1024);
+  ValueKernel kernel;
+  kernel.distance = DistanceKind::absolute;
+  for (const int rank : {1, 8, 64}) {
+    double tail = 1;
+    for (int n = 1; n <= rank; ++n) tail -= 6 / (M_PI * M_PI * n * n);
+    EXPECT_NEAR(FeatureMap(kernel, rank, list).missed(), tail, 1e-3) << rank;
+  }
+  EXPECT_EQ(FeatureMap(kernel, 8, std::vector<float>(100, 0.5F)).missed(), 0);  // nothing to miss
+}
+
+TEST(Background, ServesTheStbnKernel) {
+  EXPECT_LT(relative_error(test::all_spaces()[0], ValueKernelKind::stbn, 32), 0.35);
+}
+
+TEST(Background, HasTheSameBitsOnAllInstructionSets) {
+  for (const BackgroundCase& one : cases()) {
+    for (const Space& space : spaces()) {
+      const Footprint footprint(one.extents, one.filter);
+      const ValueKernel kernel = test::kernel_of(space, ValueKernelKind::distance, one.extents.num_axes());
+      const Texture texture(footprint, kernel, 5);
+      const FeatureMap map(kernel, 16, samples_of(texture, 1));
+      const auto values = [&](std::int64_t target) {
+        hwy::SetSupportedTargetsForTest(target);
+        const auto delta = make_swap_delta(footprint, kernel, Precision::single, &map);
+        delta->bind(1, texture.field(1), texture.field_of());
+        hwy::SetSupportedTargetsForTest(0);
+        std::vector<double> all;
+        for (Cell i = 1; i < one.extents.cells_per_slice(); ++i) all.push_back(delta->delta(test::pair(i, 0)));
+        return all;
+      };
+      const std::vector<double> reference = values(HWY_STATIC_TARGET);
+      for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
+        EXPECT_EQ(values(targets & -targets), reference) << one.name << " " << space.name << " " << targets;
+      }
+    }
+  }
+}
+
+TEST(Background, FollowsTheSwapsOfItsSlice) {
+  const BackgroundCase one = cases()[0];
+  const Footprint footprint(one.extents, one.filter);
+  const ValueKernel kernel = test::kernel_of(test::all_spaces()[3], ValueKernelKind::distance, 3);
+  Texture texture(footprint, kernel, 5);
+  const FeatureMap map(kernel, 16, samples_of(texture, 1));
+  const auto swapped = make_swap_delta(footprint, kernel, Precision::single, &map);
+  const auto bound = make_swap_delta(footprint, kernel, Precision::single, &map);
+  swapped->bind(2, texture.field(2), texture.field_of());
+  for (std::uint32_t k = 0; k < 50; ++k) {
+    const CellPair pair{k, 200 - 3 * k};
+    swapped->swap(pair);
+    texture.field(2).swap(pair.i, pair.j);
+  }
+  bound->bind(2, texture.field(2), texture.field_of());
+  for (std::uint32_t k = 1; k < 300; ++k) EXPECT_EQ(swapped->delta({0, k}), bound->delta({0, k}));
+}
+
+TEST(FeatureMap, OfUniformScalarsIsTheCosineSeries) {
+  std::vector<float> list;
+  for (int k = 0; k < 1024; ++k) list.push_back((static_cast<float>(k) + 0.5F) / 1024);
+  const FeatureMap map({ValueKernelKind::distance, DistanceKind::absolute, 1, 1, 1}, 4, list);
+  for (int n = 0; n < 4; ++n) {
+    const double closed_form = 4 / std::pow((n + 1) * math::pi, 2);
+    EXPECT_NEAR(map.mixing()[static_cast<std::size_t>(5 * n)], closed_form, 0.01 * closed_form);
+  }
+}
+
+TEST(FeatureMap, OfEqualSamplesPullsNowhere) {
+  const std::vector<float> list(64, 0.25F);
+  const FeatureMap map({ValueKernelKind::distance, DistanceKind::absolute, 1, 1, 1}, 4, list);
+  for (const double a : map.mixing()) EXPECT_EQ(a, 0);
+}
+
+}  // namespace
+}  // namespace noiseloom

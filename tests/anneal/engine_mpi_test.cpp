@@ -1,0 +1,242 @@
+// The optimiser gives the same permutations on any number of ranks and threads and after any interruption.
+#include "noiseloom/anneal/engine.h"
+
+#include <gtest/gtest.h>
+
+#include "support/filter_specs.h"
+
+namespace noiseloom {
+namespace {
+
+using namespace testing_support;
+
+struct Case {
+  const char* name;
+  ProblemSpec problem;
+  OptimizerSpec optimizer;
+};
+
+std::vector<Case> cases() {
+  std::vector<Case> all;
+  Case product{"product with ema", {}, {}};
+  product.problem.extents = Extents({13, 11, 7});
+  product.problem.filter.groups = {group({0, 1}, box(3)), group({2}, ema(0.1, 0.1))};
+  product.optimizer.stop.iterations = 6;
+  all.push_back(product);
+
+  Case fast = product;
+  fast.name = "the paper's method";
+  fast.optimizer.method = Method::fast;
+  all.push_back(fast);
+
+  Case stbn{"spatiotemporal blue noise", {}, {}};
+  stbn.problem.extents = Extents({11, 8, 13});
+  stbn.problem.samples = {SampleKind::vector, 2, "", DistanceKind::euclidean};
+  stbn.problem.filter.combine = Combine::sum;
+  stbn.problem.filter.groups = {group({0, 1}, gauss_energy(0.8)), group({2}, gauss_energy(0.8))};
+  for (GroupSpec& spec : stbn.problem.filter.groups) spec.weight = 0.5;
+  stbn.problem.value_kernel.kind = ValueKernelKind::stbn;
+  stbn.optimizer.stop.iterations = 4;
+  all.push_back(stbn);
+
+  Case four{"2D x 2D directions", {}, {}};
+  four.problem.extents = Extents({7, 5, 3, 5});
+  four.problem.samples = {SampleKind::hemisphere_cosine, 3, "", DistanceKind::angle};
+  four.problem.filter.groups = {group({0, 1}, box(3)), group({2, 3}, gauss(0.7))};
+  four.optimizer.precision = Precision::dual;
+  four.optimizer.stop.iterations = 5;
+  all.push_back(four);
+
+  Case uncoupled{"slices on their own", {}, {}};
+  uncoupled.problem.extents = Extents({9, 10, 6});
+  uncoupled.problem.filter.groups = {group({0, 1}, box(5))};
+  uncoupled.optimizer.stop.iterations = 5;
+  all.push_back(uncoupled);
+  return all;
+}
+
+SampleSource source_of(const ProblemSpec& problem) {
+  return {problem.samples, problem.extents.cells_per_slice(), problem.extents.num_slices(), problem.seed};
+}
+
+std::vector<std::vector<std::uint32_t>> straight_run(const Case& job, std::vector<HistoryRow>& history) {
+  const Communicator alone = Communicator::self();
+  ThreadPool pool(1);
+  const SampleSource source = source_of(job.problem);
+  Engine engine(job.problem, job.optimizer, source, alone, pool);
+  engine.start();
+  while (!engine.finished()) engine.step(0);
+  history = engine.history();
+  std::vector<std::vector<std::uint32_t>> result;
+  for (SliceIndex s = 0; s < job.problem.extents.num_slices(); ++s) result.push_back(engine.permutation(s));
+  return result;
+}
+
+TEST(Engine, SamePermutationsOnAnyRanksAndThreads) {
+  const Communicator world = Communicator::world();
+  for (const Case& job : cases()) {
+    SCOPED_TRACE(job.name);
+    std::vector<HistoryRow> expected_history;
+    const auto expected = straight_run(job, expected_history);
+    for (const int threads : {1, 2}) {
+      ThreadPool pool(threads);
+      const SampleSource source = source_of(job.problem);
+      Engine engine(job.problem, job.optimizer, source, world, pool);
+      engine.start();
+      while (!engine.finished()) engine.step(0);
+      engine.settle();
+      for (SliceIndex s = engine.partition().begin(world.rank()); s < engine.partition().end(world.rank()); ++s) {
+        EXPECT_EQ(engine.permutation(s), expected[static_cast<std::size_t>(s)]) << "slice " << s;
+      }
+      ASSERT_EQ(engine.history().size(), expected_history.size());
+      for (std::size_t row = 0; row < expected_history.size(); ++row) {
+        EXPECT_EQ(engine.history()[row].relative_error, expected_history[row].relative_error);
+        EXPECT_EQ(engine.history()[row].acceptance, expected_history[row].acceptance);
+      }
+    }
+  }
+}
+
+// Stops after every possible step; the state and the permutations are all that the next engine gets.
+TEST(Engine, GoesOnFromEveryStepToTheSamePermutations) {
+  const Communicator world = Communicator::world();
+  for (const Case& job : cases()) {
+    SCOPED_TRACE(job.name);
+    std::vector<HistoryRow> expected_history;
+    const auto expected = straight_run(job, expected_history);
+    ThreadPool pool(1);
+    const SampleSource source = source_of(job.problem);
+    auto engine = std::make_unique<Engine>(job.problem, job.optimizer, source, world, pool);
+    engine->start();
+    while (!engine->finished()) {
+      engine->step(0);
+      const EngineState state = engine->state();
+      std::vector<std::vector<std::uint32_t>> all(static_cast<std::size_t>(job.problem.extents.num_slices()));
+      // Everybody learns every permutation, as from a run file.
+      const Partition& partition = engine->partition();
+      std::vector<std::byte> sent;
+      world.stream_to_root(
+          partition,
+          [&](SliceIndex slice, std::vector<std::byte>& block) {
+            const auto bytes = std::as_bytes(std::span(engine->permutation(slice)));
+            block.assign(bytes.begin(), bytes.end());
+          },
+          [&](SliceIndex slice, std::span<const std::byte> block) {
+            auto& ids = all[static_cast<std::size_t>(slice)];
+            ids.resize(block.size() / sizeof(std::uint32_t));
+            std::copy(block.begin(), block.end(), std::as_writable_bytes(std::span(ids)).begin());
+          });
+      world.stream_to_all(
+          partition.num_slices(),
+          [&](SliceIndex slice, std::vector<std::byte>& block) {
+            const auto bytes = std::as_bytes(std::span(all[static_cast<std::size_t>(slice)]));
+            block.assign(bytes.begin(), bytes.end());
+          },
+          [&](SliceIndex slice, std::span<const std::byte> block) {
+            auto& ids = all[static_cast<std::size_t>(slice)];
+            ids.resize(block.size() / sizeof(std::uint32_t));
+            std::copy(block.begin(), block.end(), std::as_writable_bytes(std::span(ids)).begin());
+          });
+      engine = std::make_unique<Engine>(job.problem, job.optimizer, source, world, pool);
+      engine->restore(state, [&](SliceIndex slice) { return all[static_cast<std::size_t>(slice)]; });
+    }
+    for (SliceIndex s = engine->partition().begin(world.rank()); s < engine->partition().end(world.rank()); ++s) {
+      EXPECT_EQ(engine->permutation(s), expected[static_cast<std::size_t>(s)]) << "slice " << s;
+    }
+    EXPECT_EQ(engine->history().back().relative_error, expected_history.back().relative_error);
+  }
+}
+
+TEST(Engine, KeepsTheSamplesOfEverySliceBitForBit) {
+  const Communicator world = Communicator::world();
+  for (const Case& job : cases()) {
+    SCOPED_TRACE(job.name);
+    ThreadPool pool(1);
+    const SampleSource source = source_of(job.problem);
+    Engine engine(job.problem, job.optimizer, source, world, pool);
+    engine.start();
+    while (!engine.finished()) engine.step(0);
+    const auto channels = static_cast<std::size_t>(source.channels());
+    for (SliceIndex s = engine.partition().begin(world.rank()); s < engine.partition().end(world.rank()); ++s) {
+      const std::vector<float> list = source.list(s);
+      const std::vector<float> samples = engine.samples(s);
+      std::vector<bool> seen(list.size() / channels);
+      for (std::size_t cell = 0; cell < seen.size(); ++cell) {
+        const std::uint32_t id = engine.permutation(s)[cell];
+        EXPECT_FALSE(seen[id]);
+        seen[id] = true;
+        for (std::size_t c = 0; c < channels; ++c) EXPECT_EQ(samples[cell * channels + c], list[id * channels + c]);
+      }
+    }
+  }
+}
+
+// gamma this small makes simultaneous swaps all but independent: the energy, and with K = -d also R, can only fall.
+TEST(Engine, RelativeErrorFallsInEverySweepOfAGreedyRun) {
+  const Communicator world = Communicator::world();
+  Case job = cases()[1];
+  job.problem.extents = Extents({32, 32, 5});
+  job.optimizer.fraction = 1.0 / 128;
+  job.optimizer.grow_fraction = false;
+  job.optimizer.stop.iterations = 40;
+  ThreadPool pool(1);
+  const SampleSource source = source_of(job.problem);
+  Engine engine(job.problem, job.optimizer, source, world, pool);
+  engine.start();
+  double before = engine.relative_error();
+  while (!engine.finished()) {
+    engine.step(0);
+    const double after = engine.relative_error();
+    EXPECT_LT(after, before) << "sweep " << engine.sweep();
+    before = after;
+  }
+  EXPECT_EQ(engine.sweep(), 40);
+}
+
+// Pairs that swap together see each other's old values; only a small share of them may, until few want to.
+TEST(Engine, FastConvergesOnASmallSliceUnderAWideFilter) {
+  ProblemSpec problem;
+  problem.extents = Extents({24, 24});
+  problem.filter.groups = {group({0, 1}, box(5))};
+  OptimizerSpec optimizer;
+  optimizer.method = Method::fast;
+  optimizer.stop.iterations = 400;
+  const SampleSource source = source_of(problem);
+  const Communicator alone = Communicator::self();
+  ThreadPool pool(1);
+  Engine engine(problem, optimizer, source, alone, pool);
+  engine.start();
+  while (!engine.finished()) engine.step(0);
+  double lowest = 1;
+  for (const HistoryRow& row : engine.history()) {
+    EXPECT_LT(row.relative_error, 1.1 * lowest + 0.05);
+    lowest = std::min(lowest, row.relative_error);
+  }
+  EXPECT_LT(engine.history().back().relative_error, 0.2);
+}
+
+// Between scores the shown R follows from the swaps alone.
+TEST(Engine, TheShownErrorIsMovedOnByTheEnergyOfTheSwaps) {
+  ProblemSpec problem;
+  problem.extents = Extents({70, 64});
+  problem.filter.groups = {group({0, 1}, box(3))};
+  OptimizerSpec optimizer;
+  optimizer.stop.iterations = 1200;
+  const SampleSource source = source_of(problem);
+  const Communicator alone = Communicator::self();
+  ThreadPool pool(1);
+  Engine engine(problem, optimizer, source, alone, pool);
+  engine.start();
+  int compared = 0;
+  while (!engine.finished()) {
+    const std::size_t scores = engine.history().size();
+    engine.step(0);
+    if (engine.history().size() != scores) continue;
+    EXPECT_NEAR(engine.last_sweep().relative_error, engine.relative_error(), 1e-4);
+    ++compared;
+  }
+  EXPECT_GT(compared, 0);
+}
+
+}  // namespace
+}  // namespace noiseloom

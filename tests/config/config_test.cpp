@@ -1,0 +1,379 @@
+#include "noiseloom/config/config.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "config/config_support.h"
+
+namespace noiseloom {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+void expect_equal(const GroupSpec& a, const GroupSpec& b) {
+  EXPECT_EQ(a.axes, b.axes);
+  EXPECT_EQ(a.weight, b.weight);
+  EXPECT_EQ(a.kernel.kind, b.kernel.kind);
+  EXPECT_EQ(a.kernel.size, b.kernel.size);
+  EXPECT_EQ(a.kernel.sigma, b.kernel.sigma);
+  EXPECT_EQ(a.kernel.n, b.kernel.n);
+  EXPECT_EQ(a.kernel.alpha, b.kernel.alpha);
+  EXPECT_EQ(a.kernel.rejection, b.kernel.rejection);
+  EXPECT_EQ(a.kernel.file, b.kernel.file);
+}
+
+// Every field, bit for bit.
+void expect_equal(const RunConfig& a, const RunConfig& b) {
+  EXPECT_EQ(a.problem.extents, b.problem.extents);
+  EXPECT_EQ(a.problem.samples.kind, b.problem.samples.kind);
+  EXPECT_EQ(a.problem.samples.channels, b.problem.samples.channels);
+  EXPECT_EQ(a.problem.samples.file, b.problem.samples.file);
+  EXPECT_EQ(a.problem.samples.distance, b.problem.samples.distance);
+  EXPECT_EQ(a.problem.seed, b.problem.seed);
+  EXPECT_EQ(a.problem.filter.combine, b.problem.filter.combine);
+  ASSERT_EQ(a.problem.filter.groups.size(), b.problem.filter.groups.size());
+  for (std::size_t i = 0; i < a.problem.filter.groups.size(); ++i) {
+    expect_equal(a.problem.filter.groups[i], b.problem.filter.groups[i]);
+  }
+  EXPECT_EQ(a.problem.value_kernel.kind, b.problem.value_kernel.kind);
+  EXPECT_EQ(a.problem.value_kernel.sigma_s, b.problem.value_kernel.sigma_s);
+  EXPECT_EQ(a.optimizer.method, b.optimizer.method);
+  EXPECT_EQ(a.optimizer.stop.iterations, b.optimizer.stop.iterations);
+  EXPECT_EQ(a.optimizer.stop.time_s, b.optimizer.stop.time_s);
+  EXPECT_EQ(a.optimizer.stop.score, b.optimizer.stop.score);
+  EXPECT_EQ(a.optimizer.stop.improvement, b.optimizer.stop.improvement);
+  EXPECT_EQ(a.optimizer.precision, b.optimizer.precision);
+  EXPECT_EQ(a.optimizer.cutoff, b.optimizer.cutoff);
+  EXPECT_EQ(a.optimizer.background_rank, b.optimizer.background_rank);
+  EXPECT_EQ(a.optimizer.temperature_start, b.optimizer.temperature_start);
+  EXPECT_EQ(a.optimizer.temperature_end, b.optimizer.temperature_end);
+  EXPECT_EQ(a.optimizer.fraction, b.optimizer.fraction);
+  EXPECT_EQ(a.optimizer.grow_fraction, b.optimizer.grow_fraction);
+  EXPECT_EQ(a.order.density, b.order.density);
+  EXPECT_EQ(a.order.bounded, b.order.bounded);
+  EXPECT_EQ(a.order.bits, b.order.bits);
+  EXPECT_EQ(a.order.equalize, b.order.equalize);
+}
+
+void expect_round_trip(const RunConfig& config, const std::string& folder = "") {
+  const std::string text = to_toml(config);
+  const RunConfig again = parse_config(text, "effective", folder, {});
+  expect_equal(config, again);
+  EXPECT_EQ(to_toml(again), text);
+}
+
+TEST(Config, ReadsEveryKindOfSetting) {
+  const RunConfig config = parsed(R"(
+[texture]
+size = { t = 3, x = 7, z = 2, y = 5 }
+samples = "vector3"
+seed = 9223372036854775807
+[filter]
+combine = "sum"
+[[filter.groups]]
+axes = "yx"
+kernel = "gauss"
+sigma = 1.3435
+weight = 0.25
+[[filter.groups]]
+axes = ["z", "t"]
+kernel = "ema"
+alpha = 1
+weight = 0.75
+[energy]
+value_kernel = "stbn"
+sigma_s = 2
+[optimizer]
+method = "fast"
+stop = { improvement = 0.001 }
+precision = "double"
+cutoff = 1e-4
+fraction = 0.5
+grow_fraction = false
+)");
+  EXPECT_EQ(config.problem.extents, Extents({7, 5, 3, 2}, {"x", "y", "t", "z"}));
+  EXPECT_EQ(config.problem.samples.kind, SampleKind::vector);
+  EXPECT_EQ(config.problem.samples.channels, 3);
+  EXPECT_EQ(config.problem.seed, 9223372036854775807U);
+  EXPECT_EQ(config.problem.filter.combine, Combine::sum);
+  ASSERT_EQ(config.problem.filter.groups.size(), 2U);
+  EXPECT_EQ(config.problem.filter.groups[0].axes, (std::vector<int>{1, 0}));
+  EXPECT_EQ(config.problem.filter.groups[0].kernel.kind, KernelKind::gauss);
+  EXPECT_EQ(config.problem.filter.groups[0].kernel.sigma, 1.3435);
+  EXPECT_EQ(config.problem.filter.groups[0].weight, 0.25);
+  EXPECT_EQ(config.problem.filter.groups[1].axes, (std::vector<int>{3, 2}));
+  EXPECT_EQ(config.problem.filter.groups[1].kernel.alpha, 1.0);
+  EXPECT_EQ(config.problem.value_kernel.kind, ValueKernelKind::stbn);
+  EXPECT_EQ(config.problem.value_kernel.sigma_s, 2.0);
+  EXPECT_EQ(config.optimizer.method, Method::fast);
+  EXPECT_EQ(config.optimizer.stop.iterations, 0);
+  EXPECT_EQ(config.optimizer.stop.improvement, 0.001);
+  EXPECT_EQ(config.optimizer.precision, Precision::dual);
+  EXPECT_EQ(config.optimizer.cutoff, 1e-4);
+  EXPECT_EQ(config.optimizer.fraction, 0.5);
+  EXPECT_FALSE(config.optimizer.grow_fraction);
+  expect_round_trip(config);
+}
+
+TEST(Config, LeftOutSettingsHaveTheDefaultsOfTheSpecs) {
+  const RunConfig config = parsed(
+      "[texture]\nsize = { x = 7, y = 5 }\n[filter]\ngroups = [{ axes = \"xy\", kernel = "
+      "\"gauss-energy\" }]\n");
+  RunConfig expected;
+  expected.problem.extents = Extents({7, 5});
+  GroupSpec group;
+  group.axes = {0, 1};
+  group.kernel.kind = KernelKind::gauss_energy;
+  group.kernel.sigma = 1.9;
+  expected.problem.filter.groups = {group};
+  expect_equal(config, expected);
+  EXPECT_EQ(config.optimizer.stop.iterations, 1000);
+  expect_round_trip(config);
+}
+
+TEST(Config, SliceAxesKeepTheOrderInWhichTheyAreWritten) {
+  for (const std::vector<std::string>& names :
+       std::vector<std::vector<std::string>>{{"t"}, {"z", "t"}, {"w", "a", "t"}, {"view", "t", "b", "a"}, {}}) {
+    ConfigText config;
+    std::string size = "size = { y = 5, x = 7";
+    std::vector<std::int64_t> sizes = {7, 5};
+    std::vector<std::string> all = {"x", "y"};
+    for (const std::string& name : names) {
+      sizes.push_back(static_cast<std::int64_t>(sizes.size() * 2 + 1));
+      all.push_back(name);
+      size += ", " + name + " = " + std::to_string(sizes.back());
+    }
+    config.size = size + " }";
+    config.second = "";
+    const RunConfig read = parsed("[texture]\n" + config.size + "\n[filter]\ngroups = [" + config.first + "]\n");
+    EXPECT_EQ(read.problem.extents, Extents(sizes, all));
+    expect_round_trip(read);
+  }
+}
+
+TEST(Config, SliceAxesMayBeWrittenAsATable) {
+  const RunConfig config = parsed(
+      "[texture.size]\nx = 7\ny = 5\nz = 3\nb = 2\n[filter]\ngroups = [{ axes = \"b\", kernel = "
+      "\"binomial\", n = 2 }]\n");
+  EXPECT_EQ(config.problem.extents, Extents({7, 5, 3, 2}, {"x", "y", "z", "b"}));
+  EXPECT_EQ(config.problem.filter.groups[0].axes, std::vector<int>{3});
+}
+
+TEST(Config, EqualSharesWhereNoGroupHasAWeight) {
+  ConfigText text;
+  text.combine = "combine = \"sum\"";
+  text.second += ",\n{ axes = \"xyt\", kernel = \"box\", size = 2 }";
+  const RunConfig config = parsed(text.text());
+  for (const GroupSpec& group : config.problem.filter.groups) EXPECT_EQ(group.weight, 1.0 / 3);
+  expect_round_trip(config);
+}
+
+TEST(Config, RoundTripsExactlyForEverySampleSpaceKernelAndNumber) {
+  const std::vector<std::string> samples = {"uniform", "tent",    "gauss",      "circle",  "vector2",
+                                            "vector3", "vector4", "vector5",    "vector6", "vector7",
+                                            "vector8", "sphere",  "hemisphere", "disk",    "hemisphere-cosine"};
+  const std::vector<std::string> kernels = {"box\", size = 65536", "gauss\", sigma = 0.1", "binomial\", n = 1000",
+                                            "ema\", alpha = 1e-6, rejection = 0.3333333333333333",
+                                            "gauss-energy\", sigma = 1e4"};
+  const std::vector<std::string> stops = {"iterations = 1000000000", "time = \"1h30m0.1s\"", "time = 0.1",
+                                          "score = 0.06", "improvement = 1e-300"};
+  for (std::size_t i = 0; i < samples.size() * kernels.size() * stops.size(); ++i) {
+    ConfigText text;
+    text.samples = "samples = \"" + samples[i % samples.size()] + '"';
+    text.combine = i % 2 == 0 ? "combine = \"sum\"" : "combine = \"product\"";
+    text.first = "{ axes = \"xy\", kernel = \"" + kernels[i / samples.size() % kernels.size()] +
+                 (i % 2 == 0 ? ", weight = 0.1 }" : " }");
+    text.second =
+        "{ axes = \"t\", kernel = \"" + kernels[i % kernels.size()] + (i % 2 == 0 ? ", weight = 0.9 }" : " }");
+    text.energy = i % 3 == 0 ? "value_kernel = \"stbn\"\nsigma_s = 0.7" : "";
+    text.optimizer = "stop = { " + stops[i / samples.size() / kernels.size()] + " }\n" +
+                     (i % 4 == 0 ? "method = \"fast\"\nfraction = 0.3\ngrow_fraction = false"
+                                 : "cutoff = 0.1\nbackground_rank = 5\ntemperature = { start = 3, end = 1e-7 }");
+    expect_round_trip(parsed(text.text()));
+  }
+}
+
+TEST(Config, EveryConfigOfTheRepositoryRoundTrips) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(NOISELOOM_SOURCE_DIR "/configs")) {
+    if (entry.path().extension() != ".toml") continue;
+    SCOPED_TRACE(entry.path());
+    expect_round_trip(load_config(entry.path().string(), {}));
+    ++count;
+  }
+  EXPECT_GE(count, 10);
+}
+
+TEST(Config, TextIsStableAndReadable) {
+  EXPECT_EQ(to_toml(parsed(ConfigText{}.text())), R"([texture]
+size = { x = 7, y = 5, t = 3 }
+samples = "uniform"
+seed = 1
+
+[filter]
+combine = "product"
+groups = [
+  { axes = "xy", kernel = "box", size = 3 },
+  { axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.0 },
+]
+
+[energy]
+value_kernel = "distance"
+
+[optimizer]
+method = "anneal"
+stop = { iterations = 11 }
+precision = "float"
+cutoff = 0.0
+background_rank = 8
+)");
+}
+
+TEST(Config, OverridesReplaceAddAndAppend) {
+  const RunConfig config =
+      parsed(ConfigText{}.text(),
+             {"texture.seed=5", "texture.size.t=11", "texture.size.z=2", "texture.samples=vector4",
+              "filter.groups[0].size = 5", "filter.groups[1]={ axes = 't', kernel = 'gauss', sigma = 0.5 }",
+              "filter.groups[2]={ axes = \"z\", kernel = \"box\", size = 1 }", "optimizer.precision=double"});
+  EXPECT_EQ(config.problem.seed, 5U);
+  EXPECT_EQ(config.problem.extents, Extents({7, 5, 11, 2}));
+  EXPECT_EQ(config.problem.samples.channels, 4);
+  ASSERT_EQ(config.problem.filter.groups.size(), 3U);
+  EXPECT_EQ(config.problem.filter.groups[0].kernel.size, 5);
+  EXPECT_EQ(config.problem.filter.groups[1].kernel.sigma, 0.5);
+  EXPECT_EQ(config.problem.filter.groups[2].axes, std::vector<int>{3});
+  EXPECT_EQ(config.optimizer.precision, Precision::dual);
+}
+
+TEST(Config, StopRuleOfAnOverrideReplacesThatOfTheFile) {
+  const RunConfig config = parsed(ConfigText{}.text(), {"optimizer.stop.time=1h30m"});
+  EXPECT_EQ(config.optimizer.stop.iterations, 0);
+  EXPECT_EQ(config.optimizer.stop.time_s, 5400.0);
+  EXPECT_EQ(parsed(ConfigText{}.text(), {"optimizer.stop.iterations=3"}).optimizer.stop.iterations, 3);
+  EXPECT_THAT(faults_of(ConfigText{}.text(), {"optimizer.stop.time=1h", "optimizer.stop.score=0.5"}),
+              ElementsAre(HasSubstr("must have exactly one of")));
+}
+
+TEST(Config, FileNamesAreOpenedFromTheFolderOfTheConfigAndStoredAsWritten) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "config_test \"folder\"";
+  std::filesystem::create_directories(folder / "taps");
+  for (const char* file : {"mine.npy", "taps/t.npy"}) std::ofstream(folder / file) << "bytes";
+  ConfigText text;
+  text.samples = "samples = { file = \"mine.npy\", distance = \"angle\" }";
+  text.second = "{ axes = \"t\", kernel = \"table\", file = \"./taps/../taps/t.npy\" }";
+  std::ofstream(folder / "run.toml") << text.text();
+
+  const RunConfig config = load_config((folder / "run.toml").string(), {});
+  EXPECT_EQ(config.problem.samples.kind, SampleKind::file);
+  EXPECT_EQ(config.problem.samples.distance, DistanceKind::angle);
+  EXPECT_TRUE(std::filesystem::equivalent(config.problem.samples.file, folder / "mine.npy"));
+  EXPECT_TRUE(std::filesystem::equivalent(config.problem.filter.groups[1].kernel.file, folder / "taps/t.npy"));
+  EXPECT_THAT(to_toml(config), HasSubstr("samples = { file = \"mine.npy\", distance = \"angle\" }"));
+  EXPECT_THAT(to_toml(config), HasSubstr("file = \"./taps/../taps/t.npy\""));
+  expect_round_trip(config, folder.string());
+
+  text.samples = "samples = { file = '" + (folder / "mine.npy").string() + "' }";  // absolute paths stay so
+  const RunConfig absolute = parse_config(text.text(), "run.toml", folder.string(), {});
+  EXPECT_EQ(absolute.problem.samples.file, (folder / "mine.npy").string());
+  EXPECT_THAT(to_toml(absolute), HasSubstr("config_test \\\"folder\\\"/mine.npy\""));
+  expect_round_trip(absolute, folder.string());
+  std::filesystem::remove_all(folder);
+}
+
+TEST(ConfigDifferences, NameEachKeyWithBothValues) {
+  const std::string stored = to_toml(parsed(ConfigText{}.text()));
+  const auto differences = [&](const std::vector<std::string>& overrides) {
+    return config_differences(stored, to_toml(parsed(ConfigText{}.text(), overrides)));
+  };
+  EXPECT_THAT(differences({}), IsEmpty());
+  EXPECT_THAT(differences({"texture.seed=2", "texture.size.t=11", "filter.groups[0].size=5"}),
+              ElementsAre("texture.size.t: 3 in the file, 11 here", "texture.seed: 1 in the file, 2 here",
+                          "filter.groups[0].size: 3 in the file, 5 here"));
+  EXPECT_THAT(differences({"optimizer.stop.time=10s"}),
+              ElementsAre("optimizer.stop.iterations: 11 in the file, not here",
+                          "optimizer.stop.time: not in the file, \"10s\" here"));
+  EXPECT_THAT(differences({"filter.groups[1].axes=['t']", "optimizer.cutoff=0"}), IsEmpty());
+  EXPECT_THAT(
+      differences({"filter.groups=[{ axes = 'xy', kernel = 'box', size = 3 }]"}),
+      ElementsAre("filter.groups[1]: { axes = \"t\", kernel = \"ema\", alpha = 0.1, rejection = 0.0 } in the file, not "
+                  "here"));
+}
+
+TEST(ConfigDifferences, SeeTheOrderOfSliceAxes) {
+  ConfigText a;
+  ConfigText b;
+  a.size = "size = { x = 7, y = 5, t = 3, z = 3 }";
+  b.size = "size = { x = 7, y = 5, z = 3, t = 3 }";
+  EXPECT_THAT(
+      config_differences(to_toml(parsed(a.text())), to_toml(parsed(b.text()))),
+      ElementsAre("texture.size: { x = 7, y = 5, t = 3, z = 3 } in the file, { x = 7, y = 5, z = 3, t = 3 } here"));
+}
+
+TEST(ParseDuration, ReadsUnitsFromLargeToSmall) {
+  EXPECT_EQ(parse_duration("10s"), 10.0);
+  EXPECT_EQ(parse_duration("5m"), 300.0);
+  EXPECT_EQ(parse_duration("2h"), 7200.0);
+  EXPECT_EQ(parse_duration("1h30m"), 5400.0);
+  EXPECT_EQ(parse_duration("1.5h"), 5400.0);
+  EXPECT_EQ(parse_duration("1d0h0m0.5s"), 86400.5);
+  EXPECT_EQ(parse_duration("90"), 90.0);
+  EXPECT_EQ(parse_duration("0"), 0.0);
+}
+
+TEST(ParseDuration, RefusesEverythingElse) {
+  for (const char* text : {"", "s", "-1s", "1x", "10 s", " 10s", "1h30", "1m1h", "1s1s", "1e3", "inf", "nan", "0x10",
+                           "1h ", "+1", ".5s", "10ms"}) {
+    EXPECT_EQ(parse_duration(text), std::nullopt) << text;
+  }
+}
+
+TEST(DescribeSettings, NamesEveryKeyThatAConfigCanHold) {
+  const std::string text = describe_settings();
+  for (const char* key : {"texture.size",
+                          "texture.samples",
+                          "texture.samples.file",
+                          "texture.samples.distance",
+                          "texture.seed",
+                          "filter.combine",
+                          "filter.groups[].axes",
+                          "filter.groups[].kernel",
+                          "filter.groups[].size",
+                          "filter.groups[].sigma",
+                          "filter.groups[].n",
+                          "filter.groups[].alpha",
+                          "filter.groups[].rejection",
+                          "filter.groups[].file",
+                          "filter.groups[].weight",
+                          "energy.value_kernel",
+                          "energy.sigma_s",
+                          "optimizer.method",
+                          "optimizer.stop.iterations",
+                          "optimizer.stop.time",
+                          "optimizer.stop.score",
+                          "optimizer.stop.improvement",
+                          "optimizer.precision",
+                          "optimizer.cutoff",
+                          "optimizer.background_rank",
+                          "optimizer.temperature.start",
+                          "optimizer.temperature.end",
+                          "optimizer.fraction",
+                          "optimizer.grow_fraction",
+                          "optimizer.density",
+                          "optimizer.bounded",
+                          "optimizer.bits",
+                          "optimizer.equalize"}) {
+    EXPECT_THAT(text, HasSubstr("\n  " + std::string(key) + "\n")) << key;
+  }
+  EXPECT_THAT(text, HasSubstr("default 1.9; with kernel = \"gauss-energy\""));
+  EXPECT_THAT(text, HasSubstr("default 0.125; with method = \"fast\""));
+  EXPECT_THAT(text, HasSubstr("default 0.1; with method = \"void-and-cluster\""));
+  EXPECT_THAT(text, HasSubstr("default \"distance\"; with method = \"anneal\" or \"fast\""));
+}
+
+}  // namespace
+}  // namespace noiseloom

@@ -1,0 +1,202 @@
+// What void and cluster is made of, part by part.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <numeric>
+
+#include "construct/vac_exchange.h"
+#include "construct/vac_field.h"
+#include "construct/vac_kernel.h"
+#include "construct/vac_order.h"
+#include "construct/vac_start.h"
+#include "support/vac_specs.h"
+#include "support/void_and_cluster_oracle.h"
+
+namespace noiseloom {
+namespace {
+
+using namespace testing_support;
+
+TEST(VacStartPattern, DrawsEachPixelAtMostOnce) {
+  VacSpec spec = vac_spec({97, 89}, {{0, 1}});
+  spec.density = 0.5;
+  const auto points = vac_start_pattern(spec);
+  EXPECT_EQ(points.size(), 97U * 89U / 2U);
+  EXPECT_TRUE(std::is_sorted(points.begin(), points.end()));
+  EXPECT_EQ(std::adjacent_find(points.begin(), points.end()), points.end());
+  EXPECT_LT(points.back(), 97U * 89U);
+}
+
+TEST(VacKernel, LeavesRoomForAllNeighboursAndAFlag) {
+  for (const double sigma : {0.3, 1.0, 1.9, 8.0, 30.0}) {
+    for (const auto& groups : std::vector<std::vector<std::vector<int>>>{
+             {{0, 1}}, {{0, 1, 2}}, {{0, 1}, {2}}, {{0, 1}, {2, 3}}, {{0, 1}, {2}, {3}}}) {
+      const VacKernel kernel(vac_spec({32, 31, 16, 17}, groups, sigma));
+      std::uint64_t sum = 0;
+      for (const VacGroupKernel& group : kernel.groups()) {
+        for (const std::uint32_t weight : group.weights) sum += weight;
+      }
+      EXPECT_EQ(sum, kernel.weight_sum());
+      EXPECT_LT(sum, std::uint64_t{vac_flag}) << sigma;
+      if (kernel.scale_log2() < 30) {  // and no more room than one bit
+        EXPECT_GE(sum * 2 + 32 * 31 * 16 * 17, std::uint64_t{vac_flag}) << sigma;
+      }
+    }
+  }
+}
+
+TEST(VacKernel, ScalesByTheLargestPowerOfTwoThatFits) {
+  for (const double sigma : {0.6, 1.9, 8.0}) {
+    for (const auto& groups : std::vector<std::vector<std::vector<int>>>{{{0, 1}}, {{0, 1}, {2}}, {{0, 1, 2}}}) {
+      const VacSpec spec = vac_spec({9, 7, 5}, groups, sigma);
+      const int scale_log2 = VacKernel(spec).scale_log2();
+      EXPECT_LT(oracle::VoidAndClusterOracle(spec, scale_log2).largest_energy(), std::int64_t{vac_flag});
+      EXPECT_TRUE(scale_log2 == 30 ||
+                  oracle::VoidAndClusterOracle(spec, scale_log2 + 1).largest_energy() >= std::int64_t{vac_flag});
+    }
+  }
+}
+
+TEST(VacField, EnergyOfTheLastPixelIsTheSumOfAllWeightsAtTheLimits) {
+  for (const double sigma : {0.3, 1.9, 8.0}) {
+    const VacSpec spec = vac_spec({29, 23, 7, 5}, {{0, 1}, {2, 3}}, sigma);
+    const VacKernel kernel(spec);
+    VacField field(spec, kernel, 0, spec.extents.num_slices());
+    std::vector<std::uint64_t> all(static_cast<std::size_t>(spec.extents.num_cells()));
+    std::iota(all.begin(), all.end(), 0U);
+    field.turn_on(all);
+    for (const std::uint64_t p : all) ASSERT_EQ(field.word(p), vac_flag + kernel.weight_sum());
+    field.turn_off(all);
+    for (const std::uint64_t p : all) ASSERT_EQ(field.word(p), 0U);
+  }
+}
+
+TEST(VacField, SlicesOfItsOwnGetTheSameEnergiesFromPicksAnywhere) {
+  for (const auto& groups :
+       std::vector<std::vector<std::vector<int>>>{{{0, 1}, {2, 3}}, {{0, 1}, {2}, {3}}, {{0, 1, 2, 3}}, {{1, 3}}}) {
+    const VacSpec spec = vac_spec({13, 11, 5, 3}, groups, 1.3);
+    const VacKernel kernel(spec);
+    VacField whole(spec, kernel, 0, 15);
+    const auto points = vac_start_pattern(spec);
+    whole.turn_on(points);
+    for (const auto& [begin, end] : std::vector<std::pair<SliceIndex, SliceIndex>>{{0, 4}, {4, 5}, {5, 15}, {7, 7}}) {
+      VacField part(spec, kernel, begin, end);
+      part.turn_on(points);
+      for (std::uint64_t p = 0; p < 13U * 11U * 15U; ++p) {
+        if (!part.has(p)) continue;
+        ASSERT_EQ(part.word(p), whole.word(p));
+      }
+    }
+  }
+}
+
+TEST(VacLayout, IndexesBeyondFourBillionPixels) {
+  const VacSpec spec = vac_spec({65536, 32768, 4, 3}, {{0, 1}, {2, 3}});
+  const VacLayout layout(spec, 0, 12);
+  const std::uint64_t position = 65535 + 65536ULL * (32767 + 32768ULL * (3 + 4 * 2));
+  EXPECT_THAT(layout.coord(position), testing::ElementsAre(65535, 32767, 3, 2, 0, 0, 0, 0));
+  EXPECT_EQ(position, static_cast<std::uint64_t>(spec.extents.num_cells()) - 1);
+  EXPECT_EQ(layout.leaves, 65536LL * 32768 / 64);
+}
+
+// The last slices of a texture of 2^42 pixels get the energies and candidates of the last ones of a small texture.
+TEST(VacField, HoldsSlicesBeyondFourBillionPixels) {
+  const VacSpec small = vac_spec({64, 64, 64}, {{0, 1}, {2}}, 0.9);
+  const VacSpec large = vac_spec({64, 64, std::int64_t{1} << 30}, {{0, 1}, {2}}, 0.9);
+  const VacKernel small_kernel(small);
+  const VacKernel large_kernel(large);
+  ASSERT_EQ(small_kernel.scale_log2(), large_kernel.scale_log2());
+  VacField few(small, small_kernel, 61, 64);
+  VacField many(large, large_kernel, (1 << 30) - 3, 1 << 30);
+  const std::uint64_t shift = ((std::uint64_t{1} << 30) - 64) << 12;
+  std::vector<std::uint64_t> near{5, 4100, 4096 * 58 + 77, 4096 * 61 + 63, 4096 * 62, 4096 * 63 + 4095};
+  std::vector<std::uint64_t> far = near;
+  for (std::uint64_t& position : far) position += position < 8192 ? 0 : shift;  // slices 0 and 1 touch the last ones
+  few.turn_on(near);
+  many.turn_on(far);
+  few.refresh_bounds(VacView::voids);
+  many.refresh_bounds(VacView::voids);
+  for (std::uint64_t p = 61 * 4096; p < 64 * 4096; ++p) ASSERT_EQ(many.word(p + shift), few.word(p));
+  EXPECT_GT(few.word(5 + 63 * 4096), 0U);  // around the torus
+  std::vector<VacCandidate> found;
+  ASSERT_TRUE(many.scan(VacView::voids, VacTieHash(1), std::uint64_t{1} << 32, 100000, found));
+  ASSERT_FALSE(found.empty());
+  for (const VacCandidate& c : found) ASSERT_EQ(c.hash, VacTieHash(1)(c.position));
+  EXPECT_GT(found.front().position, std::uint64_t{1} << 41);
+}
+
+TEST(VacOrder, HoldsRanksBeyondFourBillion) {
+  const Extents extents({64, 64, std::int64_t{1} << 30});
+  VacOrder order(extents, (1 << 30) - 2, 1 << 30);
+  ASSERT_TRUE(order.wide());
+  EXPECT_EQ(order.end(), std::uint64_t{1} << 42);
+  EXPECT_FALSE(order.has(order.begin() - 1));
+  const std::uint64_t last = order.end() - 1;
+  order.set_on(last);
+  EXPECT_TRUE(order.is_on(last));
+  order.set_rank(last, (std::uint64_t{1} << 41) + 3);
+  EXPECT_TRUE(order.has_rank(last));
+  EXPECT_FALSE(order.has_rank(last - 1));
+  const auto bytes = order.bytes((1 << 30) - 1);
+  ASSERT_EQ(bytes.size(), 4096U * 8);
+  std::uint64_t rank = 0;
+  std::memcpy(&rank, bytes.data() + 4095 * 8, 8);
+  EXPECT_EQ(rank, (std::uint64_t{1} << 41) + 3);
+  VacOrder again(extents, (1 << 30) - 2, 1 << 30);
+  again.set_bytes((1 << 30) - 1, bytes);
+  EXPECT_EQ(again.bytes((1 << 30) - 1), bytes);
+  EXPECT_FALSE(vac_wide(0xFFFFFFFE));
+  EXPECT_TRUE(vac_wide(0xFFFFFFFF));
+}
+
+TEST(VacStartPattern, DrawsAllOverMoreThanFourBillionPixels) {
+  const VacSpec spec = vac_spec({64, 64, std::int64_t{1} << 30}, {{0, 1}});
+  std::array<int, 4> quarter{};
+  for (std::uint64_t draw = 0; draw < 4000; ++draw) {
+    const std::uint64_t position = vac_start_draw(spec, draw);
+    ASSERT_LT(position, std::uint64_t{1} << 42);
+    ++quarter[position >> 40];
+  }
+  for (const int count : quarter) EXPECT_NEAR(count, 1000, 150);  // more than 5 standard deviations
+}
+
+TEST(VacPacker, GivesBackWhatItTook) {
+  const VacTieHash hash(3);
+  for (const VacView view : {VacView::voids, VacView::clusters}) {
+    std::vector<VacCandidate> first;
+    std::vector<VacCandidate> second;
+    for (const std::uint64_t position : {0ULL, 1ULL, 130ULL, 16384ULL, (1ULL << 42) - 1}) {
+      const std::uint32_t tie = hash(position) ^ static_cast<std::uint32_t>(view);
+      first.push_back({position, static_cast<std::uint32_t>(position % 1000), tie});
+      second.push_back({position + 7, 0x7FFFFFFF, hash(position + 7) ^ static_cast<std::uint32_t>(view)});
+    }
+    const VacPacker packer((std::uint64_t{0x7FFFFFFF} << 32) | 5);
+    std::vector<std::byte> bytes;
+    packer.pack(first, bytes);
+    packer.pack({}, bytes);
+    packer.pack(second, bytes);
+    std::vector<VacCandidate> back;
+    packer.unpack(bytes, view, hash, back);
+    first.insert(first.end(), second.begin(), second.end());
+    ASSERT_EQ(back.size(), first.size());
+    for (std::size_t i = 0; i < back.size(); ++i) {
+      EXPECT_EQ(back[i].position, first[i].position);
+      EXPECT_EQ(back[i].key(), first[i].key());
+    }
+  }
+}
+
+TEST(VacTieHash, HasNoEqualsAmongSmallPositionsAndDependsOnTheHighWord) {
+  const VacTieHash hash(7);
+  std::vector<std::uint32_t> values(1U << 20);
+  for (std::uint64_t p = 0; p < values.size(); ++p) values[p] = hash(p);
+  EXPECT_NE(hash(5), hash(5 + (1ULL << 32)));
+  std::sort(values.begin(), values.end());
+  EXPECT_EQ(std::adjacent_find(values.begin(), values.end()), values.end());
+}
+
+}  // namespace
+}  // namespace noiseloom

@@ -1,0 +1,248 @@
+"""The bytes of small textures, one for each thing that may decide them: they change only where somebody means it.
+
+A texture is a promise: the same config gives the same bytes, on any machine, with any number of ranks and threads, and
+with the next version of the program. So each config here stands beside the checksum of its /samples (with void and
+cluster, of its /order too). Where a change of the program is meant to give other bytes, write the new table with
+
+    python3 pinned_samples_test.py --print        (the environment is that of ctest; see tests/CMakeLists.txt)
+
+look which configs have changed and why, and put the lines that it prints in the place of those below.
+
+Whatever a config takes from a file is made here from integers, divisions and square roots, which are the same on every
+machine.
+"""
+
+import concurrent.futures
+import struct
+import sys
+
+from support import PLAIN_CPU, ProgramTest, main
+
+ANNEAL = 'optimizer.stop = { iterations = 60 }\n'
+FAST = 'optimizer.method = "fast"\noptimizer.stop = { iterations = 16 }\n'
+ORDER = 'optimizer.method = "void-and-cluster"\n'
+
+BOX_EMA = 'filter.groups = [{ axes = "xy", kernel = "box", size = 3 }, { axes = "t", kernel = "ema", alpha = 0.1 }]\n'
+GAUSS_2D = 'filter.groups = [{ axes = "xy", kernel = "gauss", sigma = 0.8 }]\n'
+BLUE_2D = 'filter.groups = [{ axes = "xy", kernel = "gauss-energy", sigma = 1.3 }]\n'
+
+# What is pinned: name, config. Sizes are odd or prime where nothing speaks against it.
+CONFIGS = {
+    # Annealing: sample spaces and kernels.
+    "uniform, box":
+        'texture.size = { x = 31, y = 29 }\n'
+        'filter.groups = [{ axes = "xy", kernel = "box", size = 5 }]\noptimizer.stop = { iterations = 250 }\n',
+    "uniform, one pixel a slice":
+        'texture.size = { x = 1, y = 1, t = 5 }\n' + BOX_EMA + ANNEAL,
+    "tent, binomial, other seed and temperatures":
+        'texture.size = { x = 24, y = 17 }\ntexture.samples = "tent"\ntexture.seed = 77\n'
+        'filter.groups = [{ axes = "xy", kernel = "binomial", n = 2 }]\n'
+        'optimizer.temperature = { start = 0.3, end = 0.001 }\n' + ANNEAL,
+    "gauss, gauss x ema, product over a deep axis":
+        'texture.size = { x = 15, y = 13, t = 23 }\ntexture.samples = "gauss"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss", sigma = 0.9 },\n'
+        '                 { axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.2 }]\n' + ANNEAL,
+    "uniform, product over a deep axis without features":
+        'texture.size = { x = 16, y = 11, t = 19 }\n' + BOX_EMA + 'optimizer.background_rank = 0\n' + ANNEAL,
+    "circle, product over a deep axis":
+        'texture.size = { x = 16, y = 15, t = 17 }\ntexture.samples = "circle"\n' + BOX_EMA + ANNEAL,
+    "circle, tiles":
+        'texture.size = { x = 131, y = 97, t = 2 }\ntexture.samples = "circle"\n'
+        'filter.groups = [{ axes = "xy", kernel = "box", size = 3 }]\n'
+        'optimizer.stop = { iterations = 50 }\n',
+    "vector2, stbn, sum of two groups":
+        'texture.size = { x = 16, y = 16, t = 7 }\ntexture.samples = "vector2"\n'
+        'filter.combine = "sum"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss-energy", sigma = 1.34 },\n'
+        '                 { axes = "t", kernel = "gauss-energy", sigma = 1.2 }]\n'
+        'energy = { value_kernel = "stbn", sigma_s = 0.9 }\n' + ANNEAL,
+    "vector2, stbn, product over a deep axis":
+        'texture.size = { x = 14, y = 15, t = 17 }\ntexture.samples = "vector2"\n' + BOX_EMA +
+        'energy.value_kernel = "stbn"\noptimizer.background_rank = 12\n' + ANNEAL,
+    "vector3, product over a deep axis":
+        'texture.size = { x = 14, y = 11, t = 17 }\ntexture.samples = "vector3"\n' + BOX_EMA + ANNEAL,
+    "vector3, double precision":
+        'texture.size = { x = 14, y = 15, t = 5 }\ntexture.samples = "vector3"\n' + BOX_EMA +
+        'optimizer.precision = "double"\n' + ANNEAL,
+    "vector4, sum with weights over two slice axes":
+        'texture.size = { x = 9, y = 10, t = 5, z = 4 }\ntexture.samples = "vector4"\n'
+        'filter.combine = "sum"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss", sigma = 0.7, weight = 0.5 },\n'
+        '                 { axes = "t", kernel = "ema", alpha = 0.2, weight = 0.3 },\n'
+        '                 { axes = "z", kernel = "box", size = 3, weight = 0.2 }]\n' + ANNEAL,
+    "vector8, box":
+        'texture.size = { x = 16, y = 13 }\ntexture.samples = "vector8"\n'
+        'filter.groups = [{ axes = "xy", kernel = "box", size = 3 }]\n' + ANNEAL,
+    "sphere, cutoff":
+        'texture.size = { x = 16, y = 13, t = 4 }\ntexture.samples = "sphere"\n' + BOX_EMA +
+        'optimizer.cutoff = 0.02\n' + ANNEAL,
+    "hemisphere, product over three slice axes":
+        'texture.size = { x = 8, y = 7, t = 3, z = 3, w = 2 }\ntexture.samples = "hemisphere"\n'
+        'filter.groups = [{ axes = "xy", kernel = "box", size = 3 }, { axes = "tzw", kernel = "binomial", n = 1 }]\n' +
+        ANNEAL,
+    "hemisphere-cosine, product over a deep axis":
+        'texture.size = { x = 13, y = 11, t = 16 }\ntexture.samples = "hemisphere-cosine"\n' + BOX_EMA + ANNEAL,
+    "disk, table of two dimensions":
+        'texture.size = { x = 17, y = 19 }\ntexture.samples = "disk"\n'
+        'filter.groups = [{ axes = "xy", kernel = "table", file = "taps-3x2.npy" }]\n' + ANNEAL,
+    # The user's own samples.
+    "list of scalars, table of one dimension":
+        'texture.size = { x = 8, y = 5, t = 3 }\ntexture.samples = { file = "scalars.npy", distance = "absolute" }\n'
+        'filter.groups = [{ axes = "xy", kernel = "table", file = "taps-4.npy" }]\n' + ANNEAL,
+    "list on the circle":
+        'texture.size = { x = 8, y = 5 }\ntexture.samples = { file = "circle.npy", distance = "circle" }\n' + GAUSS_2D +
+        ANNEAL,
+    "list of unit vectors":
+        'texture.size = { x = 8, y = 5, t = 4 }\ntexture.samples = { file = "directions.npy", distance = "angle" }\n' +
+        BOX_EMA + ANNEAL,
+    "list of points for each slice":
+        'texture.size = { x = 8, y = 5, t = 3 }\ntexture.samples = { file = "points-per-slice.npy" }\n' + GAUSS_2D +
+        ANNEAL,
+    # Other ends of a run.
+    "stop by score":
+        'texture.size = { x = 17, y = 16 }\n' + GAUSS_2D + 'optimizer.stop = { score = 0.3 }\n',
+    "stop by improvement":
+        'texture.size = { x = 16, y = 9 }\n' + GAUSS_2D + 'optimizer.stop = { improvement = 0.2 }\n',
+    # The published algorithm.
+    "fast, uniform, product":
+        'texture.size = { x = 16, y = 15, t = 6 }\n' + BOX_EMA + FAST,
+    "fast, hemisphere-cosine, fraction that does not grow":
+        'texture.size = { x = 12, y = 15 }\ntexture.samples = "hemisphere-cosine"\n' + GAUSS_2D +
+        'optimizer.fraction = 0.2\noptimizer.grow_fraction = false\n' + FAST,
+    # Void and cluster.
+    "order in a plane":
+        'texture.size = { x = 37, y = 31 }\n' + BLUE_2D + ORDER,
+    "order, sum over one slice axis, bits, equal slices":
+        'texture.size = { x = 16, y = 15, t = 9 }\nfilter.combine = "sum"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss-energy" }, { axes = "t", kernel = "gauss-energy" }]\n'
+        'optimizer.bits = 6\noptimizer.equalize = "slice"\n' + ORDER,
+    "order over two slice axes, bounded, other density":
+        'texture.size = { x = 9, y = 8, z = 5, w = 4 }\ntexture.seed = 5\nfilter.combine = "sum"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss-energy", sigma = 1.2 },\n'
+        '                 { axes = "zw", kernel = "gauss-energy", sigma = 1.0 }]\n'
+        'optimizer.bounded = "xw"\noptimizer.density = 0.2\noptimizer.bits = 8\n' + ORDER,
+    "order over one group of three axes":
+        'texture.size = { x = 11, y = 13, t = 7 }\n'
+        'filter.groups = [{ axes = "xyt", kernel = "gauss-energy", sigma = 1.5 }]\n' + ORDER,
+}
+
+# What they gave: name, combined checksum of /samples, and of /order where there is one.
+CHECKSUMS = {
+    "uniform, box": ("3a2d8b90149031dc",),
+    "uniform, one pixel a slice": ("44e9b720b3ccbb48",),
+    "tent, binomial, other seed and temperatures": ("ad597ec63dc7879b",),
+    "gauss, gauss x ema, product over a deep axis": ("942a663b0fe8473f",),
+    "uniform, product over a deep axis without features": ("de8c40148348021d",),
+    "circle, product over a deep axis": ("737e0f6c6c0948e8",),
+    "circle, tiles": ("8be3a93ba151efcc",),
+    "vector2, stbn, sum of two groups": ("c8550f77a842299e",),
+    "vector2, stbn, product over a deep axis": ("d3a1791ddfa72d6b",),
+    "vector3, product over a deep axis": ("ddd5d180432944ad",),
+    "vector3, double precision": ("971f847ba8c525da",),
+    "vector4, sum with weights over two slice axes": ("88de348c8b2448d3",),
+    "vector8, box": ("6eeb7ff935f865e4",),
+    "sphere, cutoff": ("762a5bd89f2dca8a",),
+    "hemisphere, product over three slice axes": ("93872ba3b1be2e66",),
+    "hemisphere-cosine, product over a deep axis": ("1afe3f39918bad3e",),
+    "disk, table of two dimensions": ("36ad9b62fef77e45",),
+    "list of scalars, table of one dimension": ("9fa0e3712f73f650",),
+    "list on the circle": ("1c1a11c852f80d2d",),
+    "list of unit vectors": ("1667f8d29ea2b850",),
+    "list of points for each slice": ("9e6acb15ef1f433f",),
+    "stop by score": ("599ab5b35b2ee775",),
+    "stop by improvement": ("0b4b36ea4f1e4ff2",),
+    "fast, uniform, product": ("875bc7bd2db4ba5c",),
+    "fast, hemisphere-cosine, fraction that does not grow": ("2d7e91b92df27ebc",),
+    "order in a plane": ("2419b4f24dfb7615", "4f0517867757a9fa",),
+    "order, sum over one slice axis, bits, equal slices": ("09c9bc0a62762dbf", "eacd2f2e68f1c00a",),
+    "order over two slice axes, bounded, other density": ("0473bd13bfcacc5d", "204e2af5001936e6",),
+    "order over one group of three axes": ("e7df68b4845c18a7", "a5e3e95f34328408",),
+}
+
+
+def npy(values, shape):
+    """A .npy file of float32."""
+    header = f"{{'descr': '<f4', 'fortran_order': False, 'shape': ({', '.join(map(str, shape))},), }}"
+    header += " " * (63 - (10 + len(header)) % 64) + "\n"
+    return (b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header.encode() +
+            struct.pack(f"<{len(values)}f", *values))
+
+
+def draws(count, seed):
+    """Numbers in [0, 1) with 16 bits each: exact in float32."""
+    state = seed
+    for _ in range(count):
+        state = (state * 1103515245 + 12345) % 2**31
+        yield (state >> 8) % 65536 / 65536
+
+
+def directions(count, seed):
+    numbers = list(draws(3 * count, seed))
+    for at in range(0, 3 * count, 3):
+        x, y, z = (2 * n - 1 + 2**-18 for n in numbers[at:at + 3])
+        length = (x * x + y * y + z * z)**0.5
+        yield from (x / length, y / length, z / length)
+
+
+def write_inputs(folder):
+    """The files that the configs name."""
+    files = {
+        "scalars.npy": npy([4 * n - 1 for n in draws(40, 1)], [40]),
+        "circle.npy": npy(list(draws(40, 2)), [40]),
+        "directions.npy": npy(list(directions(40, 3)), [40, 3]),
+        "points-per-slice.npy": npy(list(draws(3 * 40 * 2, 4)), [3, 40, 2]),
+        "taps-4.npy": npy([1, 3, 2, 0.5], [4]),
+        "taps-3x2.npy": npy([1, 2, 4, 1, 3, 0.5], [3, 2]),
+    }
+    for name, data in files.items():
+        (folder / name).write_bytes(data)
+
+
+class PinnedSamples(ProgramTest):
+    maxDiff = None
+
+    def setUp(self):
+        super().setUp()
+        write_inputs(self.folder)
+
+    def checksums_of(self, name, number, *arguments, **options):
+        config = self.write(f"{number}.toml", CONFIGS[name])
+        run_file = f"{number}.h5"
+        self.run_program("generate", config, "-o", run_file, "--overwrite", "--progress", "none", *arguments, **options)
+        found = self.info(run_file)["checksums"]
+        return tuple(found[dataset] for dataset in ("/samples", "/order") if dataset in found)
+
+    def all_checksums(self, *arguments, **options):
+        with concurrent.futures.ThreadPoolExecutor(2) as pool:
+            found = pool.map(lambda number, name: self.checksums_of(name, number, *arguments, **options),
+                             range(len(CONFIGS)), CONFIGS)
+            return dict(zip(CONFIGS, found))
+
+    def compare(self, found):
+        changed = [f"{name}: {found[name]}, pinned {CHECKSUMS.get(name)}" for name in CONFIGS
+                   if found[name] != CHECKSUMS.get(name)]
+        self.assertEqual(changed, [], "textures have changed; the head of this file says what to do")
+        self.assertEqual(list(CHECKSUMS), list(CONFIGS), "a config without a checksum, or the other way round")
+
+    def test_one_thread(self):
+        self.compare(self.all_checksums("--threads", 1))
+
+    def test_two_ranks_of_two_threads_without_fma(self):
+        self.compare(self.all_checksums("--threads", 2, ranks=2, environment=PLAIN_CPU))
+
+
+def print_table():
+    test = PinnedSamples()
+    test.setUp()
+    try:
+        for name, checksums in test.all_checksums().items():
+            print(f'    "{name}": (' + " ".join(f'"{checksum}",' for checksum in checksums) + "),")
+    finally:
+        test.doCleanups()
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--print"]:
+        print_table()
+    else:
+        main()
