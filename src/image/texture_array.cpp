@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "noiseloom/files/npy.h"
-#include "noiseloom/files/hdf5_array.h"
 #include "image/texture_loaders.h"
+#include "noiseloom/files/hdf5_array.h"
+#include "noiseloom/files/npy.h"
 
 namespace noiseloom::loaders {
 namespace {

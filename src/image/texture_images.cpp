@@ -7,9 +7,9 @@
 #include <cstring>
 #include <filesystem>
 
+#include "image/texture_loaders.h"
 #include "noiseloom/image/image_reader.h"
 #include "noiseloom/image/sequence.h"
-#include "image/texture_loaders.h"
 
 namespace noiseloom::loaders {
 namespace {

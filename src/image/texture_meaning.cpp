@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "image/texture_loaders.h"
 #include "noiseloom/files/npy.h"
 #include "noiseloom/samples/sample_space.h"
-#include "image/texture_loaders.h"
 
 namespace noiseloom::loaders {
 namespace {

@@ -10,10 +10,10 @@
 #include <fstream>
 #include <iterator>
 
-#include "noiseloom/files/file_ops.h"
-#include "noiseloom/core/json.h"
-#include "noiseloom/image/sample_check.h"
 #include "image/texture_loaders.h"
+#include "noiseloom/core/json.h"
+#include "noiseloom/files/file_ops.h"
+#include "noiseloom/image/sample_check.h"
 
 namespace noiseloom::loaders {
 namespace {
@@ -266,7 +266,7 @@ Stored raw(const Request& request) {
   if (!description && !request.config)
     throw UserError(path,
                     fmt::format("headerless numbers need a description: the .json that export writes beside them, "
-                                "or a config and, where several fit, --type; {}",
+                                "or --config and, where several types fit, --type; {}",
                                 why_not));
   RawFormat format;
   if (description) format = described_format(sidecar, *description, request, stored);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "noiseloom/image/image_io.h"
+#include "noiseloom/image/image_reader.h"
 #include "noiseloom/report/plot.h"
 #include "noiseloom/report/report.h"
 #include "support/mask_texture.h"

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "noiseloom/problem/spec.h"
 #include "noiseloom/image/texture_file.h"
+#include "noiseloom/problem/spec.h"
 
 namespace noiseloom {
 

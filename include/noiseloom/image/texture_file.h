@@ -34,15 +34,15 @@ Texture make_texture(const Extents& extents, int channels);
 struct TextureReading {
   // Of headerless numbers: uint8, uint16, float16, float32 or float64, "be" behind it for big-endian, and how many of
   // them a pixel has: "uint16be", "uint8x4". Of integers in .npy and HDF5: uint8 or uint16, the codes that they are.
-  std::string type;
+  std::string type = {};
   // Which channels hold the sample, in its order: letters of an image ("RG", "A"), or numbers from 0 ("0,2").
-  std::string channels;
+  std::string channels = {};
   // Where the slices lie in one image: image (it is one slice), strip (downward), row (to the right), atlas:CxR (C
   // columns and R rows, from left to right, then down), atlas-down:CxR (down, then to the right).
-  std::string layout;
+  std::string layout = {};
   // What the dimensions of an array are, slowest first: a letter each, c for the channel ("tyx", "yxtc"), or names with
   // commas between them ("time,y,x,channel").
-  std::string axes;
+  std::string axes = {};
 };
 
 inline constexpr SliceIndex ranked_slices = 16;
