@@ -1,5 +1,16 @@
 # One library for each folder of layers.txt, linked with what its row says.
 
+if(NOISELOOM_SANITIZE STREQUAL ADDRESS)
+  set(noiseloom_sanitizers -fsanitize=address,undefined)
+elseif(NOISELOOM_SANITIZE STREQUAL THREAD)
+  set(noiseloom_sanitizers -fsanitize=thread)
+elseif(NOISELOOM_SANITIZE)
+  message(FATAL_ERROR "NOISELOOM_SANITIZE = ${NOISELOOM_SANITIZE}: accepted: OFF, ADDRESS, THREAD")
+endif()
+if(NOISELOOM_BUILD_FUZZERS)
+  list(APPEND noiseloom_sanitizers -fsanitize=address,fuzzer-no-link)
+endif()
+
 add_library(noiseloom_flags INTERFACE)
 target_compile_options(noiseloom_flags INTERFACE
   -Wall -Wextra -Wconversion $<$<NOT:$<BOOL:$<TARGET_PROPERTY:NOISELOOM_MAY_SHADOW>>>:-Wshadow>
@@ -7,15 +18,14 @@ target_compile_options(noiseloom_flags INTERFACE
   -fno-math-errno                         # lets loops over sqrt be vectorised; changes no result
   $<$<BOOL:${CMAKE_UNITY_BUILD}>:-Wno-subobject-linkage>  # takes all files of a batch for headers
   $<$<BOOL:${NOISELOOM_WERROR}>:-Werror>
-  $<$<BOOL:${NOISELOOM_SANITIZE}>:-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer>)
-target_link_options(noiseloom_flags INTERFACE
-  $<$<BOOL:${NOISELOOM_SANITIZE}>:-fsanitize=address,undefined>)
+  ${noiseloom_sanitizers} $<$<BOOL:${NOISELOOM_SANITIZE}>:-fno-sanitize-recover=all -fno-omit-frame-pointer>)
+target_link_options(noiseloom_flags INTERFACE ${noiseloom_sanitizers})
 
 # What the words of the third column stand for. Random123 is headers alone.
 set(noiseloom_library_threads Threads::Threads)
 set(noiseloom_library_fmt fmt::fmt)
 set(noiseloom_library_random123)
-set(noiseloom_library_hdf5 PkgConfig::hdf5)
+set(noiseloom_library_hdf5 noiseloom_hdf5)
 set(noiseloom_library_xxhash PkgConfig::xxhash)
 set(noiseloom_library_mpi MPI::MPI_CXX)
 set(noiseloom_library_highway PkgConfig::highway)
@@ -56,6 +66,17 @@ foreach(row IN LISTS noiseloom_rows)
   string(STRIP "${name}" name)
   string(REGEX MATCHALL "[a-z0-9_/]+" uses "${uses}")
   string(REGEX MATCHALL "[a-z0-9_/]+" libraries "${libraries}")
+  # Without the libraries of images, their folders and all that stand on them are left out.
+  set(missing ${libraries})
+  list(FILTER missing INCLUDE REGEX "^(oiio|fftw)$")
+  set(unbuilt ${uses})
+  list(FILTER unbuilt EXCLUDE REGEX "/")
+  if(noiseloom_layers)
+    list(REMOVE_ITEM unbuilt ${noiseloom_layers})
+  endif()
+  if(unbuilt OR (missing AND NOT NOISELOOM_IMAGES))
+    continue()
+  endif()
   list(APPEND noiseloom_layers ${name})
   noiseloom_layer(${name} "${uses}" "${libraries}")
 endforeach()

@@ -12,6 +12,8 @@
 #include <filesystem>
 #include <optional>
 
+#include "noiseloom/files/generations.h"
+#include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_job.h"

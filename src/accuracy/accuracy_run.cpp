@@ -16,6 +16,7 @@
 #include "noiseloom/accuracy/accuracy_report.h"
 #include "noiseloom/files/output_files.h"
 #include "noiseloom/files/run_file.h"
+#include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/checkpoint.h"
 
 namespace noiseloom {

@@ -4,6 +4,9 @@
 #include <array>
 #include <cstdlib>
 #include <exception>
+#include <numeric>
+#include <optional>
+#include <utility>
 
 #include "dist/mpi_impl.h"
 #include "noiseloom/core/error.h"
@@ -15,23 +18,32 @@ constexpr int stream_tag = 1;
 // MPI counts are ints: larger blocks travel in pieces.
 constexpr std::size_t piece_bytes = std::size_t{1} << 30;
 
-void send_block(const Communicator::Impl& impl, int to, std::span<const std::byte> block) {
-  const std::uint64_t size = block.size();
+// Stands in the place of a block's size where there is no block, as its producer failed.
+constexpr std::uint64_t no_block = ~std::uint64_t{0};
+
+void send_size(const Communicator::Impl& impl, int to, std::uint64_t size) {
   check_mpi(MPI_Send(&size, 1, MPI_UINT64_T, to, stream_tag, impl.comm), "MPI_Send");
+}
+
+void send_block(const Communicator::Impl& impl, int to, std::span<const std::byte> block) {
+  send_size(impl, to, block.size());
   for (std::size_t at = 0; at < block.size(); at += piece_bytes) {
     const int count = static_cast<int>(std::min(piece_bytes, block.size() - at));
     check_mpi(MPI_Send(block.data() + at, count, MPI_BYTE, to, stream_tag, impl.comm), "MPI_Send");
   }
 }
 
-void receive_block(const Communicator::Impl& impl, int from, std::vector<std::byte>& block) {
+// False where there is no block.
+bool receive_block(const Communicator::Impl& impl, int from, std::vector<std::byte>& block) {
   std::uint64_t size = 0;
   check_mpi(MPI_Recv(&size, 1, MPI_UINT64_T, from, stream_tag, impl.comm, MPI_STATUS_IGNORE), "MPI_Recv");
+  if (size == no_block) return false;
   block.resize(size);
   for (std::size_t at = 0; at < block.size(); at += piece_bytes) {
     const int count = static_cast<int>(std::min(piece_bytes, block.size() - at));
     check_mpi(MPI_Recv(block.data() + at, count, MPI_BYTE, from, stream_tag, impl.comm, MPI_STATUS_IGNORE), "MPI_Recv");
   }
+  return true;
 }
 
 // Runs `call` unless an earlier one failed; keeps the first failure.
@@ -233,33 +245,82 @@ void Communicator::stream_to_root(const Partition& partition,
                                   const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const {
   std::exception_ptr failure;
   std::vector<std::byte> block;
+  bool complete = true;  // on rank 0: nobody's producer has failed
   for (SliceIndex slice = 0; slice < partition.num_slices(); ++slice) {
     const int owner = partition.owner(slice);
-    if (owner == rank()) guarded(failure, [&] { produce(slice, block); });
-    if (owner == rank() && !is_root()) send_block(*impl_, 0, block);
-    if (is_root() && owner != 0) receive_block(*impl_, owner, block);
-    if (is_root()) guarded(failure, [&] { consume(slice, block); });
+    if (owner == rank()) {
+      guarded(failure, [&] { produce(slice, block); });
+      if (failure) {
+        complete = false;
+        if (!is_root()) send_size(*impl_, 0, no_block);
+      } else if (!is_root()) {
+        send_block(*impl_, 0, block);
+      }
+    } else if (is_root()) {
+      complete = receive_block(*impl_, owner, block) && complete;
+    }
+    if (is_root() && complete) guarded(failure, [&] { consume(slice, block); });
   }
   agree(failure);
 }
 
-void Communicator::stream_to_all(SliceIndex num_slices,
-                                 const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
-                                 const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const {
+void Communicator::stream_from_root(std::span<const SliceIndex> wanted,
+                                    const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
+                                    const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const {
+  const std::vector<std::pair<SliceIndex, int>> requests = requests_at_root(wanted);
   std::exception_ptr failure;
   std::vector<std::byte> block;
-  for (SliceIndex slice = 0; slice < num_slices; ++slice) {
-    if (is_root()) guarded(failure, [&] { produce(slice, block); });
-    std::uint64_t size = block.size();
-    check_mpi(MPI_Bcast(&size, 1, MPI_UINT64_T, 0, impl_->comm), "MPI_Bcast");
-    block.resize(size);
-    for (std::size_t at = 0; at < block.size(); at += piece_bytes) {
-      const int count = static_cast<int>(std::min(piece_bytes, block.size() - at));
-      check_mpi(MPI_Bcast(block.data() + at, count, MPI_BYTE, 0, impl_->comm), "MPI_Bcast");
+  if (!is_root()) {
+    for (const SliceIndex slice : wanted) {
+      if (!receive_block(*impl_, 0, block)) break;
+      guarded(failure, [&] { consume(slice, block); });
     }
-    guarded(failure, [&] { consume(slice, block); });
+    return agree(failure);
+  }
+  std::vector<bool> told(static_cast<std::size_t>(size()));  // that there is no more
+  std::optional<SliceIndex> produced;
+  bool complete = true;
+  for (const auto& [slice, to] : requests) {
+    if (complete && produced != slice) {
+      std::exception_ptr own;
+      guarded(own, [&] { produce(slice, block); });
+      produced = slice;
+      complete = !own;
+      if (own && !failure) failure = own;
+    }
+    if (to == 0) {
+      if (complete) guarded(failure, [&] { consume(slice, block); });
+    } else if (complete) {
+      send_block(*impl_, to, block);
+    } else if (!told[static_cast<std::size_t>(to)]) {
+      send_size(*impl_, to, no_block);
+      told[static_cast<std::size_t>(to)] = true;
+    }
   }
   agree(failure);
+}
+
+std::vector<std::pair<SliceIndex, int>> Communicator::requests_at_root(std::span<const SliceIndex> wanted) const {
+  const int own_count = narrow<int>(wanted.size());
+  std::vector<int> counts(static_cast<std::size_t>(size()));
+  check_mpi(MPI_Gather(&own_count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, impl_->comm), "MPI_Gather");
+  std::vector<int> starts(counts.size());
+  std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
+  std::vector<SliceIndex> all(static_cast<std::size_t>(is_root() ? starts.back() + counts.back() : 0));
+  static_assert(sizeof(SliceIndex) == sizeof(std::int32_t));
+  check_mpi(MPI_Gatherv(wanted.data(), own_count, MPI_INT32_T, all.data(), counts.data(), starts.data(), MPI_INT32_T, 0,
+                        impl_->comm),
+            "MPI_Gatherv");
+  std::vector<std::pair<SliceIndex, int>> requests;
+  if (!is_root()) return requests;
+  for (int r = 0; r < size(); ++r) {
+    const auto begin = all.begin() + starts[static_cast<std::size_t>(r)];
+    for (auto slice = begin; slice != begin + counts[static_cast<std::size_t>(r)]; ++slice) {
+      requests.emplace_back(*slice, r);
+    }
+  }
+  std::sort(requests.begin(), requests.end());
+  return requests;
 }
 
 }  // namespace noiseloom

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <climits>
 #include <cstdio>
 #include <map>
 #include <mutex>
@@ -25,84 +26,135 @@ constexpr std::size_t largest_transfer = std::size_t{1} << 30;  // Linux moves l
   throw EnvironmentError(text);
 }
 
+// The result of a system call, repeated as long as a signal interrupts it.
+template <class Call>
+auto uninterrupted(Call call) {
+  auto result = call();
+  while (result < 0 && errno == EINTR) result = call();
+  return result;
+}
+
+// Names of one and the same file.
+bool same_file(const struct stat& a, const std::string& path) {
+  struct stat b {};
+  return ::lstat(path.c_str(), &b) == 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino;
+}
+
+// Moves whole ranges with a call that may move less: `call` is given what is left and the offset.
+template <class Byte, class Call>
+std::size_t move_all(std::span<Byte> bytes, std::uint64_t offset, Call call, int& error) {
+  std::size_t moved = 0;
+  while (moved < bytes.size()) {
+    const std::span<Byte> left = bytes.subspan(moved).first(std::min(bytes.size() - moved, largest_transfer));
+    const ssize_t done = uninterrupted([&] { return call(left, narrow<off_t>(offset + moved)); });
+    error = done < 0 ? errno : 0;
+    if (done <= 0) break;
+    moved += static_cast<std::size_t>(done);
+  }
+  return moved;
+}
+
 class PosixFileOps final : public FileOps {
  public:
   int create(const std::string& path) override {
-    return remember(::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666), path, "create");
+    return remember(uninterrupted([&] { return ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666); }),
+                    path, "create");
   }
 
   int open(const std::string& path) override {
-    return remember(::open(path.c_str(), O_RDONLY | O_CLOEXEC), path, "open");
+    return remember(uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC); }), path, "open");
   }
 
   void write(int fd, std::uint64_t offset, std::span<const std::byte> bytes) override {
-    while (!bytes.empty()) {
-      const ssize_t done = ::pwrite(fd, bytes.data(), std::min(bytes.size(), largest_transfer), narrow<off_t>(offset));
-      if (done < 0 && errno == EINTR) continue;
-      if (done < 0) fail(path_of(fd), "write", errno);
-      bytes = bytes.subspan(static_cast<std::size_t>(done));
-      offset += static_cast<std::uint64_t>(done);
-    }
+    int error = 0;
+    const auto call = [&](std::span<const std::byte> left, off_t at) {
+      return ::pwrite(fd, left.data(), left.size(), at);
+    };
+    if (move_all(bytes, offset, call, error) == bytes.size()) return;
+    fail(path_of(fd), "write", error != 0 ? error : ENOSPC);  // nothing was written and no reason given
   }
 
   void read(int fd, std::uint64_t offset, std::span<std::byte> bytes) override {
-    while (!bytes.empty()) {
-      const ssize_t done = ::pread(fd, bytes.data(), std::min(bytes.size(), largest_transfer), narrow<off_t>(offset));
-      if (done < 0 && errno == EINTR) continue;
-      if (done < 0) fail(path_of(fd), "read", errno);
-      if (done == 0) {
-        throw EnvironmentError(path_of(fd) + ": cannot read: ends at byte " + std::to_string(offset) + ", " +
-                               std::to_string(bytes.size()) + " bytes too early");
-      }
-      bytes = bytes.subspan(static_cast<std::size_t>(done));
-      offset += static_cast<std::uint64_t>(done);
-    }
+    int error = 0;
+    const auto call = [&](std::span<std::byte> left, off_t at) { return ::pread(fd, left.data(), left.size(), at); };
+    const std::size_t moved = move_all(bytes, offset, call, error);
+    if (moved == bytes.size()) return;
+    if (error != 0) fail(path_of(fd), "read", error);
+    throw EnvironmentError(path_of(fd) + ": cannot read: ends at byte " + std::to_string(offset + moved) + ", " +
+                           std::to_string(bytes.size() - moved) + " bytes too early");
   }
 
   std::uint64_t size(int fd) override {
     struct stat status {};
-    if (::fstat(fd, &status) != 0) fail(path_of(fd), "find the size", errno);
+    if (uninterrupted([&] { return ::fstat(fd, &status); }) != 0) fail(path_of(fd), "find the size", errno);
     return narrow<std::uint64_t>(status.st_size);
   }
 
   void truncate(int fd, std::uint64_t size) override {
-    while (::ftruncate(fd, narrow<off_t>(size)) != 0) {
-      if (errno != EINTR) fail(path_of(fd), "set the length", errno);
+    if (uninterrupted([&] { return ::ftruncate(fd, narrow<off_t>(size)); }) != 0) {
+      fail(path_of(fd), "set the length", errno);
     }
   }
 
   void sync(int fd) override {
-    // Not repeated after a failure: the kernel may have dropped the unwritten pages and would then report success.
-    if (::fsync(fd) != 0) fail(path_of(fd), "write to disk", errno);
+    // Repeated after a signal only: after any other failure the kernel may have dropped the pages that it could not
+    // write, and would then report success.
+    if (uninterrupted([&] { return ::fsync(fd); }) != 0) fail(path_of(fd), "write to disk", errno);
   }
 
   void close(int fd) override {
     const std::string path = forget(fd);
+    // Never repeated: Linux gives the descriptor up even where it reports a signal, and another thread may have it.
     if (::close(fd) != 0 && errno != EINTR) fail(path, "close", errno);
   }
 
   bool exists(const std::string& path) override {
     struct stat status {};
-    if (::lstat(path.c_str(), &status) == 0) return true;
+    if (uninterrupted([&] { return ::lstat(path.c_str(), &status); }) == 0) return true;
     if (errno != ENOENT && errno != ENOTDIR) fail(path, "look up", errno);
     return false;
   }
 
   void rename(const std::string& from, const std::string& to) override {
-    if (std::rename(from.c_str(), to.c_str()) != 0) fail(from, "rename to " + to, errno);
+    struct stat source {};
+    const bool known = ::lstat(from.c_str(), &source) == 0;
+    if (uninterrupted([&] { return std::rename(from.c_str(), to.c_str()); }) == 0) return;
+    const int error = errno;
+    // An interrupted call, or one that a network file system sent twice, finds that it is done already.
+    if (error == ENOENT && known && same_file(source, to)) return;
+    fail(from, "rename to " + to, error);
+  }
+
+  bool link(const std::string& from, const std::string& to) override {
+    if (uninterrupted([&] { return ::link(from.c_str(), to.c_str()); }) == 0) return true;
+    const int error = errno;
+    struct stat source {};
+    if (error == EEXIST && ::lstat(from.c_str(), &source) == 0 && same_file(source, to)) return true;
+    // EPERM: FAT and its like, and files of other people where the system protects them (fs.protected_hardlinks).
+    for (const int none : {EPERM, EACCES, ENOSYS, EOPNOTSUPP, ENOTSUP, EMLINK, EXDEV, EINVAL}) {
+      if (error == none) return false;
+    }
+    fail(from, "give a second name (" + to + ")", error);
   }
 
   void sync_directory(const std::string& path) override {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const int fd = uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
     if (fd < 0) fail(path, "open the folder", errno);
-    const int error = ::fsync(fd) == 0 ? 0 : errno;
+    const int error = uninterrupted([&] { return ::fsync(fd); }) == 0 ? 0 : errno;
     ::close(fd);
     // Some network file systems know no fsync of folders; they make renames durable by themselves.
     if (error != 0 && error != EINVAL && error != ENOTSUP) fail(path, "write the folder to disk", error);
   }
 
   void remove(const std::string& path) override {
-    if (::unlink(path.c_str()) != 0) fail(path, "remove", errno);
+    bool again = false;  // an interrupted call may have removed the file
+    const auto call = [&] {
+      const int result = ::unlink(path.c_str());
+      const bool gone = again && result < 0 && errno == ENOENT;
+      again = true;
+      return gone ? 0 : result;
+    };
+    if (uninterrupted(call) != 0) fail(path, "remove", errno);
   }
 
  private:
@@ -141,6 +193,23 @@ std::string parent_directory(const std::string& path) {
   const std::size_t slash = path.rfind('/');
   if (slash == std::string::npos) return ".";
   return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+std::string follow_links(const std::string& path) {
+  constexpr int most_links = 40;  // as the kernel itself
+  std::string at = path;
+  for (int links = 0; links < most_links; ++links) {
+    std::string target(PATH_MAX, '\0');
+    const ssize_t length = uninterrupted([&] { return ::readlink(at.c_str(), target.data(), target.size()); });
+    if (length < 0) return at;  // no link, or nothing there: what opens it says what is wrong
+    target.resize(static_cast<std::size_t>(length));
+    if (target.starts_with('/')) {
+      at = target;
+    } else {
+      at = at.find('/') == std::string::npos ? target : parent_directory(at) + "/" + target;
+    }
+  }
+  fail(path, "follow the symbolic link", ELOOP);
 }
 
 }  // namespace noiseloom

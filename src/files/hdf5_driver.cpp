@@ -1,5 +1,9 @@
 #include "files/hdf5_driver.h"
 
+#if H5_VERSION_GE(1, 13, 0)
+#include <H5FDdevelop.h>  // what a driver is made of; in hdf5.h itself before
+#endif
+
 #include <algorithm>
 #include <limits>
 
@@ -97,9 +101,18 @@ herr_t truncate_callback(H5FD_t* base, hid_t, hbool_t) {
   return 0;
 }
 
+#if H5_VERSION_GE(1, 13, 0)
+// Drivers have had numbers since 1.13: from 256 for those that are not registered with the HDF Group, up to 511.
+constexpr int driver_number = 378;
+#endif
+
 hid_t driver_id() {
   static const H5FD_class_t driver = [] {
     H5FD_class_t c{};
+#if H5_VERSION_GE(1, 13, 0)
+    c.version = H5FD_CLASS_VERSION;
+    c.value = static_cast<H5FD_class_value_t>(driver_number);
+#endif
     c.name = "noiseloom";
     c.maxaddr = static_cast<haddr_t>(std::numeric_limits<std::int64_t>::max());
     c.fc_degree = H5F_CLOSE_STRONG;

@@ -18,6 +18,9 @@ herr_t append(unsigned depth, const H5E_error2_t* entry, void* text) {
 }  // namespace
 
 Quiet::Quiet() {
+  // Where HDF5 failed inside a damaged file it may not find to an end at exit, and says so on stderr. Nothing is
+  // left for it to do there: all files are closed by then.
+  [[maybe_unused]] static const herr_t once = H5dont_atexit();
   H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }

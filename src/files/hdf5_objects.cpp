@@ -1,6 +1,7 @@
 #include "files/hdf5_objects.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace noiseloom::hdf5 {
@@ -40,9 +41,17 @@ void write_attribute_bytes(const Location& at, const std::string& path, const st
   attribute.close(what);
 }
 
-// The bytes of a text of `type`, without the padding.
+// A text of `type`, without its padding. `read` fills the bytes of one value. Noiseloom's own texts have a fixed
+// length; h5py writes them at any length, which HDF5 hands out as a pointer.
 template <class Read>
-std::string padded_text(hid_t type, Read read) {
+std::string text_value(hid_t type, const std::string& what, Read read) {
+  if (checked(H5Tis_variable_str(type), what) > 0) {
+    char* bytes = nullptr;
+    read(&bytes);
+    const std::string text = bytes ? bytes : "";
+    H5free_memory(bytes);
+    return text;
+  }
   std::string text(H5Tget_size(type), '\0');
   read(text.data());
   text.resize(text.find_last_not_of('\0') + 1);
@@ -54,8 +63,9 @@ std::size_t num_elements(hid_t attribute, const std::string& what) {
   return static_cast<std::size_t>(checked(H5Sget_simple_extent_npoints(space.id()), what));
 }
 
-Attribute read_one(hid_t attribute, const std::string& what) {
-  if (num_elements(attribute, what) != 1) throw EnvironmentError(what + ": more than one value");
+// Nothing for an attribute that is not one number or text: such are not noiseloom's.
+std::optional<Attribute> read_one(hid_t attribute, const std::string& what) {
+  if (num_elements(attribute, what) != 1) return std::nullopt;
   const Handle type(H5Aget_type(attribute), H5Tclose, what);
   switch (H5Tget_class(type.id())) {
     case H5T_INTEGER: {
@@ -69,13 +79,13 @@ Attribute read_one(hid_t attribute, const std::string& what) {
       return value;
     }
     case H5T_STRING:
-      return padded_text(type.id(), [&](char* bytes) { checked(H5Aread(attribute, type.id(), bytes), what); });
+      return text_value(type.id(), what, [&](void* bytes) { checked(H5Aread(attribute, type.id(), bytes), what); });
     default:
-      throw EnvironmentError(what + ": neither a number nor a text");
+      return std::nullopt;
   }
 }
 
-herr_t collect_link(hid_t, const char* name, const H5L_info_t*, void* names) {
+herr_t collect_name(hid_t, const char* name, const H5A_info_t*, void* names) {
   static_cast<std::vector<std::string>*>(names)->emplace_back(name);
   return 0;
 }
@@ -177,21 +187,56 @@ std::vector<hsize_t> dimensions_of(const Location& at, hid_t dataset) {
   return dimensions;
 }
 
-std::vector<double> read_numbers(const Location& at, const std::string& path) {
+void check_claim(const Location& at, const std::string& path, hid_t dataset) {
+  const std::string what = doing(at, "read", path);
+  hsize_t file_bytes = 0;
+  checked(H5Fget_filesize(at.file, &file_bytes), what);
+  // Deflate makes at most 1032 bytes of one; a little for what is stored as a fill value.
+  const hsize_t most = file_bytes < (std::uint64_t{1} << 52) ? 1032 * file_bytes : file_bytes;
+  const Handle type(H5Dget_type(dataset), H5Tclose, what);
+  hsize_t bytes = H5Tget_size(type.id());
+  for (const hsize_t size : dimensions_of(at, dataset)) {
+    if (size > 0 && bytes > most / size) {
+      throw UserError(at.name, path + " claims more data than a file of this size can hold");
+    }
+    bytes *= size;
+  }
+  if (bytes > most) throw UserError(at.name, path + " claims more data than a file of this size can hold");
+}
+
+namespace {
+
+// All values of a dataset, converted to `memory_type`.
+template <class T>
+std::vector<T> read_values(const Location& at, const std::string& path, hid_t memory_type) {
   const Handle dataset = open_dataset(at, path);
+  check_claim(at, path, dataset.id());
   std::size_t count = 1;
   for (const hsize_t size : dimensions_of(at, dataset.id())) count *= size;
-  std::vector<double> values(count);
-  checked(H5Dread(dataset.id(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
-          doing(at, "read", path));
+  std::vector<T> values(count);
+  checked(H5Dread(dataset.id(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), doing(at, "read", path));
   return values;
+}
+
+}  // namespace
+
+std::vector<double> read_numbers(const Location& at, const std::string& path) {
+  return read_values<double>(at, path, H5T_NATIVE_DOUBLE);
+}
+
+std::vector<std::uint64_t> read_words(const Location& at, const std::string& path) {
+  return read_values<std::uint64_t>(at, path, H5T_NATIVE_UINT64);
 }
 
 std::string read_text(const Location& at, const std::string& path) {
   const std::string what = doing(at, "read", path);
   const Handle dataset = open_dataset(at, path);
+  check_claim(at, path, dataset.id());
   const Handle type(H5Dget_type(dataset.id()), H5Tclose, what);
-  return padded_text(type.id(), [&](char* bytes) {
+  if (H5Tget_class(type.id()) != H5T_STRING || !dimensions_of(at, dataset.id()).empty()) {
+    throw UserError(at.name, path + " is not one text");
+  }
+  return text_value(type.id(), what, [&](void* bytes) {
     checked(H5Dread(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes), what);
   });
 }
@@ -199,30 +244,31 @@ std::string read_text(const Location& at, const std::string& path) {
 std::map<std::string, Attribute> read_attributes(const Location& at, const std::string& path) {
   const std::string what = doing(at, "read attributes of", path);
   const Handle object = open_object(at, path);
-  H5O_info_t info{};
-  checked(H5Oget_info2(object.id(), &info, H5O_INFO_NUM_ATTRS), what);
+  std::vector<std::string> names;
+  checked(H5Aiterate2(object.id(), H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_name, &names), what);
   std::map<std::string, Attribute> attributes;
-  for (hsize_t i = 0; i < info.num_attrs; ++i) {
-    const Handle attribute(H5Aopen_by_idx(object.id(), ".", H5_INDEX_NAME, H5_ITER_INC, i, H5P_DEFAULT, H5P_DEFAULT),
-                           H5Aclose, what);
-    std::string key(static_cast<std::size_t>(checked(H5Aget_name(attribute.id(), 0, nullptr), what)), '\0');
-    checked(H5Aget_name(attribute.id(), key.size() + 1, key.data()), what);
-    attributes[key] = read_one(attribute.id(), what + "/@" + key);
+  for (const std::string& name : names) {
+    const Handle attribute(H5Aopen(object.id(), name.c_str(), H5P_DEFAULT), H5Aclose, what);
+    if (const std::optional<Attribute> value = read_one(attribute.id(), what + "/@" + name)) attributes[name] = *value;
   }
   return attributes;
 }
 
-Attribute read_attribute(const Location& at, const std::string& path, const std::string& key) {
+std::string read_text_attribute(const Location& at, const std::string& path, const std::string& key) {
   const std::string what = doing(at, "read attribute", path + "/@" + key);
   const Handle object = open_object(at, path);
   const Handle attribute(H5Aopen(object.id(), key.c_str(), H5P_DEFAULT), H5Aclose, what);
-  return read_one(attribute.id(), what);
+  const std::optional<Attribute> value = read_one(attribute.id(), what);
+  if (!value || !std::holds_alternative<std::string>(*value)) throw UserError("", what + ": it is not one text");
+  return std::get<std::string>(*value);
 }
 
 std::vector<std::int64_t> read_integers(const Location& at, const std::string& path, const std::string& key) {
   const std::string what = doing(at, "read attribute", path + "/@" + key);
   const Handle object = open_object(at, path);
   const Handle attribute(H5Aopen(object.id(), key.c_str(), H5P_DEFAULT), H5Aclose, what);
+  const Handle type(H5Aget_type(attribute.id()), H5Tclose, what);
+  if (H5Tget_class(type.id()) != H5T_INTEGER) throw UserError("", what + ": it holds no integers");
   std::vector<std::int64_t> values(num_elements(attribute.id(), what));
   checked(H5Aread(attribute.id(), H5T_NATIVE_INT64, values.data()), what);
   return values;
@@ -231,8 +277,23 @@ std::vector<std::int64_t> read_integers(const Location& at, const std::string& p
 std::vector<std::string> links_in_order(const Location& at, const std::string& path) {
   const std::string what = doing(at, "list", path);
   const Handle group(H5Gopen2(at.file, path.c_str(), H5P_DEFAULT), H5Gclose, what);
+  // In the order of their making where the group keeps it; another program may have rewritten it without.
+  const Handle list(H5Gget_create_plist(group.id()), H5Pclose, what);
+  unsigned flags = 0;
+  checked(H5Pget_link_creation_order(list.id(), &flags), what);
+  const H5_index_t order = (flags & H5P_CRT_ORDER_TRACKED) != 0 ? H5_INDEX_CRT_ORDER : H5_INDEX_NAME;
+  H5G_info_t info{};
+  checked(H5Gget_info(group.id(), &info), what);
   std::vector<std::string> names;
-  checked(H5Literate(group.id(), H5_INDEX_CRT_ORDER, H5_ITER_INC, nullptr, collect_link, &names), what);
+  for (hsize_t i = 0; i < info.nlinks; ++i) {
+    const auto name_at = [&](char* name, std::size_t size) {
+      const ssize_t length = H5Lget_name_by_idx(group.id(), ".", order, H5_ITER_INC, i, name, size, H5P_DEFAULT);
+      return static_cast<std::size_t>(checked(length, what));
+    };
+    std::string name(name_at(nullptr, 0), '\0');
+    name_at(name.data(), name.size() + 1);
+    names.push_back(name);
+  }
   return names;
 }
 

@@ -1,7 +1,11 @@
 // Groups, datasets, attributes and texts of a run file: each stored without times, contiguous, in little-endian types.
 //
 // Objects are named by absolute paths; messages name the file with them. Texts are fixed-length UTF-8, padded with
-// zeros: a text of variable length would lie in a heap that is shared between objects.
+// zeros: a text of variable length would lie in a heap that is shared between objects. Texts of variable length are
+// read, as other programs write them.
+//
+// What is read is checked for its kind, and for a size that the file can hold, before memory is taken. Only calls that
+// HDF5 1.10, 1.12 and 1.14 have in the same form are used.
 #pragma once
 
 #include <cstdint>
@@ -36,13 +40,16 @@ void write_dimension_labels(const Location& at, hid_t dataset, const std::vector
 
 Handle open_dataset(const Location& at, const std::string& path);
 std::vector<hsize_t> dimensions_of(const Location& at, hid_t dataset);
+// Throws UserError where a dataset claims more data than the whole file can hold, so that no memory is taken for it.
+void check_claim(const Location& at, const std::string& path, hid_t dataset);
 std::vector<double> read_numbers(const Location& at, const std::string& path);
+std::vector<std::uint64_t> read_words(const Location& at, const std::string& path);
 std::string read_text(const Location& at, const std::string& path);
-// All attributes of an object; each must hold one value.
+// The attributes of an object that are one number or text.
 std::map<std::string, Attribute> read_attributes(const Location& at, const std::string& path);
-Attribute read_attribute(const Location& at, const std::string& path, const std::string& key);
+std::string read_text_attribute(const Location& at, const std::string& path, const std::string& key);
 std::vector<std::int64_t> read_integers(const Location& at, const std::string& path, const std::string& key);
-// Names in a group in the order in which they were made.
+// Names in a group, in the order in which they were made where the group knows it.
 std::vector<std::string> links_in_order(const Location& at, const std::string& path);
 
 }  // namespace noiseloom::hdf5

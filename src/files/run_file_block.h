@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "noiseloom/files/file_ops.h"
+#include "noiseloom/files/run_file.h"
 
 namespace noiseloom {
 
@@ -68,10 +69,21 @@ std::string to_text(const RunFileBlock& block);
 std::string block_last_line(std::string_view before);
 inline constexpr std::size_t block_last_line_bytes = sizeof("digest 0123456789abcdef\n") - 1;
 
+// Longer than it was written, and changed inside too: what a program leaves that writes into it with HDF5.
+class LongerRunFile : public DamagedRunFile {
+  using DamagedRunFile::DamagedRunFile;
+};
+
 // Reads the block and checks every byte of the file against it. Throws as RunFileReader does; `path` is for messages.
+// What it returns is possible: its places lie in the file, do not overlap, and leave out no byte.
 RunFileBlock verify_run_file(FileOps& ops, int fd, const std::string& path);
 
-// True for the first bytes of a run file.
-bool begins_like_run_file(FileOps& ops, int fd);
+// What the first bytes of a file say, without verification.
+enum class Beginning {
+  run_file,  // or nearly: the first line with a few bytes changed, or HDF5 behind a block of which nothing is left
+  lost,      // empty, or zeros: what a power cut leaves of any file
+  other
+};
+Beginning beginning_of(FileOps& ops, int fd);
 
 }  // namespace noiseloom

@@ -1,23 +1,29 @@
-// Reading a run file: digests first, then HDF5 on the same descriptor, so that what is read is what was checked.
+// Reading a run file: digests first, then HDF5 on the same descriptor, so that what is read is what was checked. Slices
+// of a sound file are read where its block says that they lie; HDF5 is asked for them only where another program has
+// rewritten the file, perhaps in pieces or compressed.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
+#include <optional>
+#include <set>
 #include <sstream>
 
 #include "files/hdf5_driver.h"
 #include "files/run_file_block.h"
 #include "files/run_file_slices.h"
+#include "noiseloom/files/digest.h"
 #include "noiseloom/files/run_file.h"
 
 namespace noiseloom {
 namespace {
 
-// A descriptor of the real file system.
 class OpenedFile {
  public:
-  explicit OpenedFile(const std::string& path) : fd_(posix_file_ops().open(path)) {}
+  OpenedFile(FileOps& ops, const std::string& path) : ops_(ops), fd_(ops.open(path)) {}
   ~OpenedFile() {
     try {
-      posix_file_ops().close(fd_);
+      ops_.close(fd_);
     } catch (const EnvironmentError&) {  // nothing was written
     }
   }
@@ -26,6 +32,7 @@ class OpenedFile {
   int fd() const { return fd_; }
 
  private:
+  FileOps& ops_;
   int fd_;
 };
 
@@ -37,11 +44,28 @@ void require_file(const std::string& path) {
   if (!std::filesystem::is_regular_file(status)) throw UserError(path, "a folder or device, not a noiseloom run file");
 }
 
+// For what has the right digests, or none, and yet cannot have been written by noiseloom.
+[[noreturn]] void throw_not_laid_out(const std::string& path, const std::string& text) {
+  throw UserError(path, "not laid out like a run file: " + text);
+}
+
 Extents read_extents(const hdf5::Location& at) {
-  std::istringstream axes(std::get<std::string>(hdf5::read_attribute(at, "/", "axes")));
+  std::istringstream axes(hdf5::read_text_attribute(at, "/", "axes"));
+  const std::vector<std::int64_t> sizes = hdf5::read_integers(at, "/", "extents");
   std::vector<std::string> names;
   for (std::string name; axes >> name;) names.push_back(name);
-  return Extents(hdf5::read_integers(at, "/", "extents"), names);
+  const auto limit = [&](std::size_t axis) {  // so that cells and slices can be counted
+    return axis < 2 ? std::int64_t{1} << 31 : std::int64_t{std::numeric_limits<SliceIndex>::max()};
+  };
+  bool possible = sizes.size() >= 2 && sizes.size() <= Extents::max_axes && sizes.size() == names.size() &&
+                  std::set(names.begin(), names.end()).size() == names.size();
+  std::int64_t slices = 1;
+  for (std::size_t axis = 0; possible && axis < sizes.size(); ++axis) {
+    possible = sizes[axis] >= 1 && sizes[axis] <= limit(axis) / (axis < 2 ? 1 : slices);
+    if (axis >= 2 && possible) slices *= sizes[axis];
+  }
+  if (!possible) throw_not_laid_out(at.name, "axes and extents say no size of a texture");
+  return Extents(sizes, names);
 }
 
 ElementType element_type_of(hid_t dataset, const std::string& what) {
@@ -49,39 +73,53 @@ ElementType element_type_of(hid_t dataset, const std::string& what) {
   for (const ElementType candidate : {ElementType::float32, ElementType::uint32, ElementType::uint64}) {
     if (hdf5::checked(H5Tequal(type.id(), stored_type(candidate)), what) > 0) return candidate;
   }
-  throw EnvironmentError(what + ": its type is none that a run file has");
+  throw UserError("", what + ": its type is none that a run file has");
 }
 
 SliceDataset describe(const hdf5::Location& at, const std::string& name, hid_t dataset, const Extents& extents) {
   const std::vector<hsize_t> dimensions = hdf5::dimensions_of(at, dataset);
+  constexpr hsize_t most_channels = 1024;
   SliceDataset spec;
   spec.name = name;
   spec.type = element_type_of(dataset, at.name + ": cannot read " + name);
   spec.channel_axis = dimensions.size() > narrow<std::size_t>(extents.num_axes());
-  if (spec.channel_axis) spec.channels = narrow<int>(dimensions.back());
-  if (dimensions != dimensions_of(spec, extents)) {
-    throw EnvironmentError(at.name + ": " + name + " does not have the extents of the texture");
+  if (spec.channel_axis) spec.channels = static_cast<int>(std::min(dimensions.back(), most_channels));
+  if (spec.channels < 1 || dimensions != dimensions_of(spec, extents)) {
+    throw_not_laid_out(at.name, name + " does not have the extents of the texture");
   }
   return spec;
 }
 
+// Where the digests of the slices of "/samples" lie.
+std::string checksum_path(const std::string& dataset) { return "/checksum" + dataset; }
+
 }  // namespace
 
 struct RunFileReader::Impl {
-  explicit Impl(const std::string& file_path) : path(file_path), opened(file_path) {}
-  void read_all(const RunFileBlock& block);
+  Impl(FileOps& file_ops, const std::string& file_path) : ops(file_ops), path(file_path), opened(ops, file_path) {}
 
+  // The datasets that `names` lists; all that /checksum has where it is nullptr.
+  void read_all(const std::vector<std::string>* names);
+  void check_places(const RunFileBlock& block);
+  void check_digests();
+  bool is_sound_without_block();
+  void close_hdf5();
+  void read_slice(std::size_t dataset, SliceIndex slice, std::span<std::byte> bytes) const;
+
+  FileOps& ops;
   std::string path;
   OpenedFile opened;
-  hdf5::Handle file;
-  std::vector<hdf5::Handle> datasets;
+  std::string change;
   RunFileContent content;
+  std::vector<SlicePlace> places;  // of a file as it was written
+  hdf5::Handle file;               // of one that another program changed
+  std::vector<hdf5::Handle> datasets;
 };
 
-void RunFileReader::Impl::read_all(const RunFileBlock& block) {
+void RunFileReader::Impl::read_all(const std::vector<std::string>* names) {
   const std::string what = path + ": cannot open";
   const hdf5::Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, what);
-  file = hdf5::open_file(std::make_shared<hdf5::DriverFile>(posix_file_ops(), opened.fd()), path, access.id());
+  file = hdf5::open_file(std::make_shared<hdf5::DriverFile>(ops, opened.fd()), path, access.id());
   const hdf5::Location at{file.id(), path};
   content.extents = read_extents(at);
   content.config = hdf5::read_text(at, "/config");
@@ -89,31 +127,117 @@ void RunFileReader::Impl::read_all(const RunFileBlock& block) {
   content.provenance = hdf5::read_attributes(at, "/provenance");
   for (const std::string& column : hdf5::links_in_order(at, "/history")) {
     content.history.emplace_back(column, hdf5::read_numbers(at, "/history/" + column));
+    if (content.history.back().second.size() != content.history.front().second.size()) {
+      throw_not_laid_out(path, "the columns of /history have different lengths");
+    }
   }
-  const std::map<std::string, Attribute> checksums = hdf5::read_attributes(at, "/checksum");
-  for (const SlicePlace& place : block.slices) {
-    datasets.push_back(hdf5::open_dataset(at, place.name));
-    content.datasets.push_back(describe(at, place.name, datasets.back().id(), content.extents));
-    content.checksums[place.name] = std::get<std::string>(checksums.at(place.name.substr(1)));
+  std::vector<std::string> all;
+  for (const auto& [key, value] : hdf5::read_attributes(at, "/checksum")) {
+    if (!std::holds_alternative<std::string>(value)) continue;
+    content.checksums["/" + key] = std::get<std::string>(value);
+    all.push_back("/" + key);
+  }
+  for (const std::string& name : names ? *names : all) {
+    if (!content.checksums.contains(name)) throw_not_laid_out(path, "/checksum lacks " + name);
+    datasets.push_back(hdf5::open_dataset(at, name));
+    content.datasets.push_back(describe(at, name, datasets.back().id(), content.extents));
   }
 }
 
-RunFileReader::RunFileReader(const std::string& path) {
+// HDF5 and the block must mean the same bytes.
+void RunFileReader::Impl::check_places(const RunFileBlock& block) {
+  for (std::size_t i = 0; i < block.slices.size(); ++i) {
+    const SlicePlace& place = block.slices[i];
+    const std::uint64_t slice_bytes = bytes_per_slice(content.datasets[i], content.extents);
+    const haddr_t offset = H5Dget_offset(datasets[i].id());
+    if (offset != place.offset || slice_bytes != place.slice_bytes ||
+        place.num_slices != narrow<std::uint64_t>(content.extents.num_slices())) {
+      throw_not_laid_out(path, place.name + " does not lie where the text block says");
+    }
+  }
+  places = block.slices;
+}
+
+void RunFileReader::Impl::check_digests() {
+  const hdf5::Location at{file.id(), path};
+  for (std::size_t i = 0; i < content.datasets.size(); ++i) {
+    const SliceDataset& spec = content.datasets[i];
+    const std::vector<std::uint64_t> digests = hdf5::read_words(at, checksum_path(spec.name));
+    if (digests.size() != narrow<std::size_t>(content.extents.num_slices()) ||
+        to_hex(digest_of(std::as_bytes(std::span(digests)))) != content.checksums.at(spec.name)) {
+      throw_not_laid_out(path, "/checksum of " + spec.name);
+    }
+    hdf5::check_claim(at, spec.name, datasets[i].id());
+    std::vector<std::byte> bytes(bytes_per_slice(spec, content.extents));
+    for (SliceIndex slice = 0; slice < content.extents.num_slices(); ++slice) {
+      read_slice(i, slice, bytes);
+      if (digest_of(bytes) != digests[narrow<std::size_t>(slice)]) throw_not_laid_out(path, "a slice of " + spec.name);
+    }
+  }
+}
+
+void RunFileReader::Impl::close_hdf5() {
+  datasets.clear();
+  file = {};
+}
+
+void RunFileReader::Impl::read_slice(std::size_t dataset, SliceIndex slice, std::span<std::byte> bytes) const {
+  const SliceDataset& spec = content.datasets[dataset];
+  NOISELOOM_CHECK(slice >= 0 && slice < content.extents.num_slices());
+  NOISELOOM_CHECK_EQ(bytes.size(), bytes_per_slice(spec, content.extents));
+  if (!places.empty()) {
+    ops.read(opened.fd(), places[dataset].offset + narrow<std::uint64_t>(slice) * bytes.size(), bytes);
+  } else {
+    noiseloom::read_slice(datasets[dataset].id(), spec, content.extents, slice, bytes,
+                          path + ": cannot read a slice of " + spec.name);
+  }
+}
+
+// Does HDF5 read the file all the same, and are the slices what /checksum says?
+bool RunFileReader::Impl::is_sound_without_block() {
+  try {
+    read_all(nullptr);
+    check_digests();
+    return true;
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+}
+
+RunFileReader::RunFileReader(const std::string& path, Changed changed, FileOps& ops) {
   const hdf5::Quiet quiet;
   require_file(path);
-  impl_ = std::make_unique<Impl>(path);
-  const RunFileBlock block = verify_run_file(posix_file_ops(), impl_->opened.fd(), path);
+  impl_ = std::make_unique<Impl>(ops, path);
+  std::optional<RunFileBlock> block;
   try {
-    impl_->read_all(block);
-  } catch (const std::logic_error& error) {  // a missing attribute or one of another type
-    throw EnvironmentError(path + ": sound, but not laid out like a run file: " + error.what());
+    block = verify_run_file(ops, impl_->opened.fd(), path);
+  } catch (const DamagedRunFile& damage) {
+    // To write into a file HDF5 appends to it, nearly always: one that is no longer is damaged, and the generation
+    // before it is the one to go on from. To look at it, the samples are enough.
+    const bool longer = dynamic_cast<const LongerRunFile*>(&damage) != nullptr;
+    if ((changed == Changed::refused && !longer) || !impl_->is_sound_without_block()) throw;
+    if (changed == Changed::refused) {
+      throw ChangedRunFile(path,
+                           "another program has changed it since (h5repack, h5py or the like): it can be scored "
+                           "and exported, but not resumed; take an earlier copy of it, or make it again");
+    }
+    impl_->change = path +
+                    ": another program has changed it since it was written, so that its digests do not apply; the "
+                    "samples are those that /checksum describes, but config, history and state may be anything";
+    return;
   }
+  std::vector<std::string> names;
+  for (const SlicePlace& place : block->slices) names.push_back(place.name);
+  impl_->read_all(&names);
+  impl_->check_places(*block);
+  impl_->close_hdf5();
 }
 
 RunFileReader::~RunFileReader() = default;
 RunFileReader::RunFileReader(RunFileReader&&) noexcept = default;
 
 const RunFileContent& RunFileReader::content() const { return impl_->content; }
+const std::string& RunFileReader::change() const { return impl_->change; }
 
 int RunFileReader::dataset(const std::string& name) const {
   const auto found = std::ranges::find(impl_->content.datasets, name, &SliceDataset::name);
@@ -122,19 +246,28 @@ int RunFileReader::dataset(const std::string& name) const {
 
 void RunFileReader::read_slice(int dataset, SliceIndex slice, std::span<std::byte> bytes) const {
   const hdf5::Quiet quiet;
-  const SliceDataset& spec = impl_->content.datasets.at(narrow<std::size_t>(dataset));
-  noiseloom::read_slice(impl_->datasets[narrow<std::size_t>(dataset)].id(), spec, impl_->content.extents, slice, bytes,
-                        impl_->path + ": cannot read a slice of " + spec.name);
+  NOISELOOM_CHECK(dataset >= 0 && narrow<std::size_t>(dataset) < impl_->content.datasets.size());
+  impl_->read_slice(narrow<std::size_t>(dataset), slice, bytes);
 }
 
-bool looks_like_run_file(const std::string& path) {
+namespace {
+
+std::optional<Beginning> beginning_at(const std::string& path) {
   try {
     require_file(path);
-    const OpenedFile file(path);
-    return begins_like_run_file(posix_file_ops(), file.fd());
-  } catch (const std::runtime_error&) {
-    return false;
+    const OpenedFile file(posix_file_ops(), path);
+    return beginning_of(posix_file_ops(), file.fd());
+  } catch (const EnvironmentError&) {
+    return std::nullopt;
+  } catch (const UserError&) {
+    return Beginning::other;
   }
 }
+
+}  // namespace
+
+bool looks_like_run_file(const std::string& path) { return beginning_at(path) == Beginning::run_file; }
+
+bool may_be_run_file(const std::string& path) { return beginning_at(path) != Beginning::other; }
 
 }  // namespace noiseloom

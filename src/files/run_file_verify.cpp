@@ -23,6 +23,7 @@ static_assert(std::endian::native == std::endian::little, "checksums are read fr
 
 constexpr std::string_view first_line = "noiseloom run file\n";
 constexpr std::uint64_t head_bytes = 512;  // the three fixed lines lie in here
+constexpr std::uint64_t smallest_block = 4096;
 constexpr std::uint64_t largest_block = std::uint64_t{1} << 20;
 constexpr const char* advice = "take an earlier copy of it or make it again";
 
@@ -69,21 +70,49 @@ std::string kind_of(std::string_view head) {
   throw DamagedRunFile(path, fmt::format("{}; {}", text, advice));
 }
 
-// Throws unless the file begins like a run file, as far as it goes. One that nearly does is a damaged one.
-void check_first_line(const std::string& path, std::string_view head) {
+// The first line, with at least half of its bytes.
+bool has_first_line(std::string_view head) {
   const std::string_view expected = first_line.substr(0, head.size());
-  if (head.starts_with(expected)) return;
   const auto alike =
       std::inner_product(expected.begin(), expected.end(), head.begin(), std::size_t{0}, std::plus{}, std::equal_to{});
-  if (2 * alike < expected.size()) throw UserError(path, kind_of(head));
-  throw_damaged(path, fmt::format("damaged: bytes 0..{}, its first line, are not what was written", expected.size()));
+  return !head.empty() && 2 * alike >= expected.size();
+}
+
+// HDF5 behind a block of one of the sizes that run files have; other programs have smaller blocks, or none.
+bool has_hdf5_behind_block(FileOps& ops, int fd, std::uint64_t size) {
+  constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
+  for (std::uint64_t at = smallest_block; at <= largest_block && at + signature.size() <= size; at *= 2) {
+    std::string found(signature.size(), '\0');
+    ops.read(fd, at, std::as_writable_bytes(std::span(found)));
+    if (found == signature) return true;
+  }
+  return false;
+}
+
+Beginning beginning_of(FileOps& ops, int fd, std::string_view head, std::uint64_t size) {
+  if (has_first_line(head) || has_hdf5_behind_block(ops, fd, size)) return Beginning::run_file;
+  return std::ranges::all_of(head, [](char byte) { return byte == '\0'; }) ? Beginning::lost : Beginning::other;
+}
+
+// Throws unless the file begins like a run file, as far as it goes. One that nearly does is a damaged one.
+void check_first_line(FileOps& ops, int fd, const std::string& path, std::string_view head, std::uint64_t size) {
+  if (head.starts_with(first_line.substr(0, head.size()))) return;
+  switch (beginning_of(ops, fd, head, size)) {
+    case Beginning::run_file:
+      throw_damaged(path, fmt::format("damaged: bytes 0..{}, its first line, are not what was written",
+                                      std::min(head.size(), first_line.size())));
+    case Beginning::lost:
+      throw_damaged(path, fmt::format("damaged, if it ever was a run file: bytes 0..{} are zeros", head.size()));
+    case Beginning::other:
+      throw UserError(path, kind_of(head));
+  }
 }
 
 std::string read_block_text(FileOps& ops, int fd, const std::string& path) {
   const std::uint64_t size = ops.size(fd);
   if (size == 0) throw_damaged(path, "empty (0 bytes)");
   const std::string head = read_text(ops, fd, std::min(size, head_bytes));
-  check_first_line(path, head);
+  check_first_line(ops, fd, path, head, size);
   if (size < head_bytes) throw_damaged(path, fmt::format("truncated: only {} bytes are left", size));
   const std::uint64_t bytes = number_after(head, "block").value_or(0);
   if (!std::has_single_bit(bytes) || bytes < head_bytes || bytes > largest_block) {
@@ -97,6 +126,29 @@ std::string read_block_text(FileOps& ops, int fd, const std::string& path) {
     throw_damaged(path, fmt::format("damaged: bytes 0..{}, the text block, are not what was written", bytes));
   }
   return text;
+}
+
+// Slices and rest lie in the file, side by side and without a gap; so do the lists of digests, somewhere in the rest.
+bool is_possible(const RunFileBlock& block) {
+  const auto fits = [&](std::uint64_t begin, std::uint64_t count, std::uint64_t size) {
+    return begin >= block.block_bytes && begin <= block.length && size > 0 && count <= (block.length - begin) / size;
+  };
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> ranges;
+  for (const SlicePlace& place : block.slices) {
+    if (!place.name.starts_with('/') || !fits(place.offset, place.num_slices, place.slice_bytes) ||
+        !fits(place.checksums, place.num_slices, sizeof(std::uint64_t))) {
+      return false;
+    }
+    ranges.emplace_back(place.offset, place.end());
+  }
+  for (const RestPlace& place : block.rest) ranges.emplace_back(place.begin, place.end);
+  std::ranges::sort(ranges);
+  std::uint64_t covered = block.block_bytes;
+  for (const auto& [begin, end] : ranges) {
+    if (begin != covered || end < begin) return false;
+    covered = end;
+  }
+  return covered == block.length;
 }
 
 RunFileBlock parse_block(const std::string& text, const std::string& path) {
@@ -124,7 +176,8 @@ RunFileBlock parse_block(const std::string& text, const std::string& path) {
       good = !words.fail() && value.has_value();
     }
   }
-  if (!good) throw UserError(path, "its text block is sound but cannot be understood: not written by noiseloom");
+  if (!good || !is_possible(block))
+    throw UserError(path, "its text block is sound but cannot be understood: not written by noiseloom");
   return block;
 }
 
@@ -143,9 +196,6 @@ void check_length(const RunFileBlock& block, std::uint64_t size, const std::stri
   if (size < block.length) {
     throw_damaged(
         path, fmt::format("truncated: {} of {} bytes are left; it ends {}", size, block.length, place_of(block, size)));
-  }
-  if (size > block.length) {
-    throw_damaged(path, fmt::format("damaged: bytes {}..{} follow after its end", block.length, size));
   }
 }
 
@@ -166,9 +216,8 @@ class DamageList {
     return std::ranges::any_of(ranges_, [&](const auto& range) { return range.first < end && begin < range.second; });
   }
 
-  void throw_if_any() const {
+  std::vector<Fault> faults() const {
     constexpr std::size_t most_lines = 10;
-    if (ranges_.empty()) return;
     std::vector<Fault> faults;
     for (std::size_t i = 0; i < std::min(ranges_.size(), most_lines); ++i) {
       const auto [begin, end] = ranges_[i];
@@ -179,8 +228,7 @@ class DamageList {
     if (ranges_.size() > most_lines) {
       faults.push_back({path_, fmt::format("and {} more damaged ranges", ranges_.size() - most_lines)});
     }
-    faults.back().text += fmt::format("; {}", advice);
-    throw DamagedRunFile(faults);
+    return faults;
   }
 
  private:
@@ -201,8 +249,9 @@ void check_slices(FileOps& ops, int fd, const SlicePlace& place, DamageList& dam
 
 }  // namespace
 
-bool begins_like_run_file(FileOps& ops, int fd) {
-  return ops.size(fd) >= first_line.size() && read_text(ops, fd, first_line.size()) == first_line;
+Beginning beginning_of(FileOps& ops, int fd) {
+  const std::uint64_t size = ops.size(fd);
+  return beginning_of(ops, fd, read_text(ops, fd, std::min(size, head_bytes)), size);
 }
 
 RunFileBlock verify_run_file(FileOps& ops, int fd, const std::string& path) {
@@ -222,8 +271,16 @@ RunFileBlock verify_run_file(FileOps& ops, int fd, const std::string& path) {
     // Checksums that are damaged themselves say nothing about the slices.
     if (!damage.touches(place.checksums, place.checksums + 8 * place.num_slices)) check_slices(ops, fd, place, damage);
   }
-  damage.throw_if_any();
-  return block;
+  std::vector<Fault> faults = damage.faults();
+  const std::uint64_t size = ops.size(fd);
+  const bool changed_and_longer = size > block.length && !faults.empty();
+  if (size > block.length) {
+    faults.push_back({path, fmt::format("damaged: bytes {}..{} follow after its end", block.length, size)});
+  }
+  if (faults.empty()) return block;
+  faults.back().text += fmt::format("; {}", advice);
+  if (changed_and_longer) throw LongerRunFile(faults);
+  throw DamagedRunFile(faults);
 }
 
 }  // namespace noiseloom

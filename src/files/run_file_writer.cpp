@@ -1,17 +1,13 @@
 // Writing a run file. Everything but slices and checksums is written first, /provenance last of that, so that no
 // address depends on what may differ between equal runs.
-#include <unistd.h>
-
 #include <algorithm>
-#include <atomic>
 #include <bit>
-#include <chrono>
-#include <filesystem>
 
 #include "files/hdf5_driver.h"
 #include "files/run_file_block.h"
 #include "files/run_file_slices.h"
 #include "noiseloom/files/digest.h"
+#include "noiseloom/files/generations.h"
 #include "noiseloom/files/run_file.h"
 
 namespace noiseloom {
@@ -19,18 +15,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "slices and checksums lie in the file as in memory");
 
-constexpr std::string_view temporary_infix = ".tmp-";
 constexpr std::string_view seconds_column = "seconds";
-
-// Unique among hosts, processes and the writers of one process.
-std::string temporary_name(const std::string& path) {
-  static std::atomic<int> count = 0;
-  char host[256] = {};
-  ::gethostname(host, sizeof host - 1);
-  const auto now = std::chrono::system_clock::now().time_since_epoch().count();
-  return path + std::string(temporary_infix) + host + "-" + std::to_string(::getpid()) + "-" + std::to_string(now) +
-         "-" + std::to_string(count++);
-}
 
 // What an action may throw while another failure is already on its way.
 template <class Action>
@@ -68,8 +53,8 @@ std::uint64_t offset_of(hid_t dataset, const std::string& what) {
 }  // namespace
 
 struct RunFileWriter::Impl {
-  Impl(FileOps& file_ops, std::string target, const RunFileContent& content)
-      : ops(file_ops), path(std::move(target)), temporary(temporary_name(path)), extents(content.extents) {
+  Impl(FileOps& file_ops, const std::string& target, const RunFileContent& content)
+      : ops(file_ops), path(follow_links(target)), temporary(temporary_name(path)), extents(content.extents) {
     fd = ops.create(temporary);
     try {
       create_structure(content);
@@ -88,7 +73,6 @@ struct RunFileWriter::Impl {
   void write_checksums();
   void close_hdf5();
   void write_block();
-  void rename_into_place();
   void discard() noexcept;
   hdf5::Location location() const { return {file.id(), temporary}; }
 
@@ -224,19 +208,6 @@ void RunFileWriter::Impl::write_block() {
   ops.write(fd, 0, std::as_bytes(std::span(text)));
 }
 
-void RunFileWriter::Impl::rename_into_place() {
-  const bool replaces = ops.exists(path);
-  if (replaces) ops.rename(path, previous_generation(path));
-  try {
-    ops.rename(temporary, path);
-  } catch (...) {
-    if (replaces) attempt([&] { ops.rename(previous_generation(path), path); });
-    throw;
-  }
-  published = true;
-  ops.sync_directory(parent_directory(path));
-}
-
 void RunFileWriter::Impl::discard() noexcept {
   const hdf5::Quiet quiet;
   if (driver) driver->abandon();
@@ -246,8 +217,8 @@ void RunFileWriter::Impl::discard() noexcept {
   if (!published) attempt([&] { ops.remove(temporary); });
 }
 
-RunFileWriter::RunFileWriter(FileOps& ops, std::string path, const RunFileContent& content)
-    : impl_(std::make_unique<Impl>(ops, std::move(path), content)) {}
+RunFileWriter::RunFileWriter(FileOps& ops, const std::string& path, const RunFileContent& content)
+    : impl_(std::make_unique<Impl>(ops, path, content)) {}
 
 RunFileWriter::~RunFileWriter() = default;
 
@@ -270,31 +241,12 @@ void RunFileWriter::publish() {
   impl_->write_block();
   impl_->ops.sync(impl_->fd);
   impl_->ops.close(std::exchange(impl_->fd, -1));
-  impl_->rename_into_place();
+  publish_generation(impl_->ops, impl_->temporary, impl_->path);
+  impl_->published = true;
 }
 
 std::string RunFileWriter::checksum(int dataset) const {
   return combined(impl_->datasets.at(narrow<std::size_t>(dataset)));
-}
-
-std::string previous_generation(const std::string& path) { return path + ".prev"; }
-
-void restore_previous_generation(FileOps& ops, const std::string& path) {
-  if (ops.exists(path)) ops.rename(path, path + ".damaged");
-  ops.rename(previous_generation(path), path);
-  ops.sync_directory(parent_directory(path));
-}
-
-void remove_stale_temporaries(FileOps& ops, const std::string& path) {
-  const std::string start = std::filesystem::path(path).filename().string() + std::string(temporary_infix);
-  std::vector<std::string> stale;
-  std::error_code error;
-  for (std::filesystem::directory_iterator entry(parent_directory(path), error), end; !error && entry != end;
-       entry.increment(error)) {
-    if (entry->path().filename().string().starts_with(start)) stale.push_back(entry->path().string());
-  }
-  if (error) throw EnvironmentError(parent_directory(path) + ": cannot list the folder: " + error.message());
-  for (const std::string& name : stale) ops.remove(name);
 }
 
 }  // namespace noiseloom

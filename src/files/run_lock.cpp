@@ -1,61 +1,83 @@
+#include "noiseloom/files/run_lock.h"
+
 #include <fcntl.h>
+#include <fmt/format.h>
+#include <pthread.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
-#include <chrono>
-#include <ctime>
-#include <string>
+#include <condition_variable>
+#include <csignal>
+#include <map>
+#include <mutex>
+#include <optional>
 #include <system_error>
+#include <thread>
+#include <utility>
 
-#include "noiseloom/files/run_file.h"
+#include "files/lock_record.h"
+#include "noiseloom/files/digest.h"
+#include "noiseloom/files/file_ops.h"
 
 namespace noiseloom {
 namespace {
 
-std::string holder_text() {
-  char host[256] = "unknown host";
-  ::gethostname(host, sizeof host - 1);
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  ::gmtime_r(&now, &utc);
-  char since[32] = {};
-  std::strftime(since, sizeof since, "%Y-%m-%d %H:%M:%S UTC", &utc);
-  return "process " + std::to_string(::getpid()) + " on " + host + ", since " + since;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+using std::chrono::steady_clock;
+
+// A descriptor that closes itself.
+class Descriptor {
+ public:
+  Descriptor() = default;
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(fd_, other.fd_);
+    return *this;
+  }
+  int fd() const { return fd_; }
+
+ private:
+  int fd_ = -1;
+};
+
+template <class Call>
+auto uninterrupted(Call call) {
+  auto result = call();
+  while (result < 0 && errno == EINTR) result = call();
+  return result;
 }
 
-std::string read_holder(int fd) {
-  char text[512] = {};
-  const ssize_t bytes = ::pread(fd, text, sizeof text - 1, 0);
-  std::string holder(text, bytes > 0 ? static_cast<std::size_t>(bytes) : 0);
-  while (!holder.empty() && holder.back() == '\n') holder.pop_back();
-  return holder.empty() ? "a run that has just started" : holder;
+Descriptor open_or_none(const std::string& path, int flags) {
+  return Descriptor(uninterrupted([&] { return ::open(path.c_str(), flags | O_CLOEXEC, 0666); }));
 }
 
-int open_lock_file(const std::string& lock_path) {
-  const int fd = ::open(lock_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (fd >= 0) return fd;
+Descriptor open_lock_file(const std::string& lock_path) {
+  Descriptor file = open_or_none(lock_path, O_RDWR | O_CREAT);
+  if (file.fd() >= 0) return file;
   const int error = errno;
   const std::string folder = parent_directory(lock_path);
   if (error == ENOENT || error == ENOTDIR) throw UserError(folder, "there is no such folder to write into");
+  if (error == ENAMETOOLONG) throw UserError(lock_path, "this name is too long; choose a shorter one for the output");
   throw EnvironmentError(folder + ": cannot write into this folder (" + lock_path +
                          "): " + std::system_category().message(error));
 }
 
-enum class Attempt { locked, held, unsupported };
-
-Attempt try_lock(int fd, const std::string& lock_path) {
-  while (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
-    if (errno == EINTR) continue;
-    if (errno == EWOULDBLOCK) return Attempt::held;
-    if (errno == ENOSYS || errno == ENOLCK || errno == EOPNOTSUPP) return Attempt::unsupported;
-    throw EnvironmentError(lock_path + ": cannot lock: " + std::system_category().message(errno));
-  }
-  return Attempt::locked;
+SystemLock try_lock(int fd, const std::string& lock_path) {
+  if (uninterrupted([&] { return ::flock(fd, LOCK_EX | LOCK_NB); }) == 0) return SystemLock::free;
+  if (errno == EWOULDBLOCK) return SystemLock::held;
+  if (errno == ENOSYS || errno == ENOLCK || errno == EOPNOTSUPP) return SystemLock::unsupported;
+  throw EnvironmentError(lock_path + ": cannot lock: " + std::system_category().message(errno));
 }
 
-// False where the file was removed by its former holder between our opening and our locking it.
+// False where the file was removed or replaced between our opening and our locking it.
 bool still_there(int fd, const std::string& lock_path) {
   struct stat ours {};
   struct stat there {};
@@ -63,33 +85,244 @@ bool still_there(int fd, const std::string& lock_path) {
          ours.st_dev == there.st_dev;
 }
 
-}  // namespace
-
-RunLock::RunLock(const std::string& path) : lock_path_(path + ".lock") {
-  for (;;) {
-    fd_ = open_lock_file(lock_path_);
-    try {
-      const Attempt attempt = try_lock(fd_, lock_path_);
-      if (attempt == Attempt::held) {
-        throw UserError(path, "another run is writing it: " + read_holder(fd_) + "; wait for it or stop it first");
-      }
-      enforced_ = attempt == Attempt::locked;
-    } catch (...) {
-      ::close(fd_);
-      throw;
-    }
-    if (!enforced_ || still_there(fd_, lock_path_)) break;
-    ::close(fd_);
+std::string read_start(int fd, std::size_t most) {
+  std::string text(most, '\0');
+  std::size_t size = 0;
+  while (size < most) {
+    const ssize_t done =
+        uninterrupted([&] { return ::pread(fd, text.data() + size, most - size, static_cast<off_t>(size)); });
+    if (done <= 0) break;
+    size += static_cast<std::size_t>(done);
   }
-  // Only a courtesy to whoever comes second: that it cannot be written is no reason to stop.
-  const std::string text = holder_text() + "\n";
-  if (::ftruncate(fd_, 0) == 0) [[maybe_unused]]
-    const ssize_t written = ::pwrite(fd_, text.data(), text.size(), 0);
+  text.resize(size);
+  return text;
 }
 
-RunLock::~RunLock() {
-  ::unlink(lock_path_.c_str());  // while it is still held, so that nobody else's file is removed
-  ::close(fd_);
+constexpr std::size_t longest_record = 4096;
+
+nanoseconds change_time(int fd) {
+  struct stat status {};
+  if (::fstat(fd, &status) != 0) return nanoseconds(0);
+  return std::chrono::seconds(status.st_mtim.tv_sec) + nanoseconds(status.st_mtim.tv_nsec);
+}
+
+// What a lock file says now. Opened anew each time: only that makes a network file system ask its server.
+struct Sight {
+  std::string text;
+  nanoseconds changed{0};
+  friend bool operator==(const Sight&, const Sight&) = default;
+};
+
+std::optional<Sight> look_at(const std::string& lock_path) {
+  const Descriptor file = open_or_none(lock_path, O_RDONLY);
+  if (file.fd() < 0) return std::nullopt;
+  return Sight{read_start(file.fd(), longest_record), change_time(file.fd())};
+}
+
+// What stands at a path, for comparing: a run file's first bytes hold the digests of all the rest.
+std::string identity_of(const std::string& path) {
+  constexpr std::size_t bytes = 4096;
+  const Descriptor file = open_or_none(path, O_RDONLY);
+  if (file.fd() < 0) return errno == ENOENT ? "" : "unreadable";
+  const std::string start = read_start(file.fd(), bytes);
+  return to_hex(digest_of(std::as_bytes(std::span(start))));
+}
+
+std::mutex registry_mutex;
+std::map<std::string, RunLock::Impl*>& registry() {  // by the path that is locked, links followed
+  static std::map<std::string, RunLock::Impl*> locks;
+  return locks;
+}
+
+}  // namespace
+
+struct RunLock::Impl {
+  Impl(const std::string& output, const std::function<void(const std::string&)>& say, LockTiming times)
+      : path(follow_links(output)), lock_path(path + ".lock"), ours(own_record()), timing(times) {
+    while (!try_to_hold(say)) {
+    }
+    identity = identity_of(path);
+    start_beating();
+    const std::lock_guard guard(registry_mutex);
+    registry()[path] = this;
+  }
+  ~Impl() {
+    {
+      const std::lock_guard guard(registry_mutex);
+      registry().erase(path);
+    }
+    stop_beating();
+    // While it is still held, and only if it is ours, so that nobody else's file is removed.
+    const std::optional<Sight> sight = look_at(lock_path);
+    if (sight && parse_record(sight->text).number == ours.number) ::unlink(lock_path.c_str());
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  bool try_to_hold(const std::function<void(const std::string&)>& say);
+  bool falls_silent(const Sight& first, const std::function<void(const std::string&)>& say) const;
+  std::string side_path() const { return path + ".tmp-" + ours.number; }  // as a temporary, in case we are killed
+  nanoseconds file_system_time() const;
+  bool replace_lock_file(const Sight& seen);
+  void write_record(int fd) const;
+  void start_beating();
+  void stop_beating();
+  void confirm();
+
+  const std::string path;
+  const std::string lock_path;
+  const LockRecord ours;
+  const LockTiming timing;
+  Descriptor file;
+  bool enforced = true;
+  std::string identity;  // of what this run found or wrote at `path`
+  std::thread beating;
+  std::mutex mutex;  // of what follows, and of `file` once the heartbeat runs
+  std::condition_variable wake;
+  bool ending = false;
+};
+
+// False where somebody else was quicker and everything must be looked at again.
+bool RunLock::Impl::try_to_hold(const std::function<void(const std::string&)>& say) {
+  file = open_lock_file(lock_path);
+  const SystemLock lock = try_lock(file.fd(), lock_path);
+  enforced = lock != SystemLock::unsupported;
+  if (lock != SystemLock::held && !still_there(file.fd(), lock_path)) return false;
+  const Sight seen{read_start(file.fd(), longest_record), change_time(file.fd())};
+  const LockRecord theirs = parse_record(seen.text);
+  Holder holder = judge(theirs, ours, lock);
+  if (holder == Holder::unknown) {
+    holder = falls_silent(seen, say) ? Holder::dead : Holder::alive;
+    if (lock != SystemLock::held && !still_there(file.fd(), lock_path)) return false;
+  }
+  if (holder == Holder::alive) {
+    const std::string who = theirs.holder.empty() ? "a run that has just started" : theirs.holder;
+    throw UserError(path, "another run is writing it: " + who + "; wait for it or stop it first");
+  }
+  // A lock that the server keeps for a dead node lies on the file: a new file has none.
+  if (lock == SystemLock::held) return replace_lock_file(seen);
+  write_record(file.fd());
+  return true;
+}
+
+// The present time by the clock that stamps files here, which need not be this machine's.
+nanoseconds RunLock::Impl::file_system_time() const {
+  const Descriptor side = open_or_none(side_path(), O_RDWR | O_CREAT | O_EXCL);
+  if (side.fd() < 0) return nanoseconds(0);
+  const nanoseconds now = change_time(side.fd());
+  ::unlink(side_path().c_str());
+  return now;
+}
+
+bool RunLock::Impl::falls_silent(const Sight& first, const std::function<void(const std::string&)>& say) const {
+  const nanoseconds silent_before = std::max(nanoseconds(0), file_system_time() - first.changed);
+  if (silent_before >= timing.silence) return true;
+  const nanoseconds left = timing.silence - silent_before;
+  if (say) {
+    say(fmt::format("{}: held by {}, last heard of {:.0f} s ago; waiting up to {:.0f} s to see whether it still lives",
+                    path, parse_record(first.text).holder, std::chrono::duration<double>(silent_before).count(),
+                    std::chrono::duration<double>(left).count()));
+  }
+  const auto end = steady_clock::now() + left;
+  while (steady_clock::now() < end) {
+    std::this_thread::sleep_for(timing.beat / 8);
+    const std::optional<Sight> now = look_at(lock_path);
+    if (!now) return true;  // it ended in these seconds, and properly
+    if (*now != first) return false;
+  }
+  return true;
+}
+
+bool RunLock::Impl::replace_lock_file(const Sight& seen) {
+  Descriptor fresh = open_or_none(side_path(), O_RDWR | O_CREAT | O_EXCL);
+  if (fresh.fd() < 0) {
+    throw EnvironmentError(side_path() + ": cannot create: " + std::system_category().message(errno));
+  }
+  try {
+    try_lock(fresh.fd(), side_path());
+    write_record(fresh.fd());
+    if (look_at(lock_path) != std::optional<Sight>(seen)) {  // somebody else did the same just now
+      ::unlink(side_path().c_str());
+      return false;
+    }
+    posix_file_ops().rename(side_path(), lock_path);
+  } catch (...) {
+    ::unlink(side_path().c_str());
+    throw;
+  }
+  file = std::move(fresh);
+  return still_there(file.fd(), lock_path);
+}
+
+// That it cannot be written is no reason to stop: on one machine the system's lock is enough.
+void RunLock::Impl::write_record(int fd) const {
+  const std::string text = to_text(ours);
+  if (uninterrupted([&] { return ::ftruncate(fd, 0); }) != 0) return;
+  [[maybe_unused]] const ssize_t done = uninterrupted([&] { return ::pwrite(fd, text.data(), text.size(), 0); });
+}
+
+void RunLock::Impl::start_beating() {
+  // Signals are for the threads that compute.
+  sigset_t all;
+  sigset_t before;
+  sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  beating = std::thread([this] {
+    std::unique_lock guard(mutex);
+    while (!wake.wait_for(guard, timing.beat, [this] { return ending; })) ::futimens(file.fd(), nullptr);
+  });
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+}
+
+void RunLock::Impl::stop_beating() {
+  {
+    const std::lock_guard guard(mutex);
+    ending = true;
+  }
+  wake.notify_all();
+  beating.join();
+}
+
+void RunLock::Impl::confirm() {
+  const std::lock_guard guard(mutex);
+  std::optional<Sight> sight = look_at(lock_path);
+  if (!sight) {  // removed by hand
+    Descriptor fresh = open_or_none(lock_path, O_RDWR | O_CREAT | O_EXCL);
+    if (fresh.fd() >= 0) {
+      try_lock(fresh.fd(), lock_path);
+      write_record(fresh.fd());
+      file = std::move(fresh);
+    }
+    sight = look_at(lock_path);
+  }
+  const LockRecord holder = sight ? parse_record(sight->text) : LockRecord{};
+  if (!holder.number.empty() && holder.number != ours.number) {
+    throw OutputLost(
+        fmt::format("{}: taken over by another run ({}) while this one was not heard of; it is left as it "
+                    "is",
+                    path, holder.holder));
+  }
+  const std::string found = identity_of(path);
+  if (!found.empty() && found != identity) {
+    throw OutputLost(path + ": replaced by another run or program since this run last wrote it; it is left as it is");
+  }
+}
+
+RunLock::RunLock(const std::string& path, const std::function<void(const std::string&)>& say, LockTiming timing)
+    : impl_(std::make_unique<Impl>(path, say, timing)) {}
+RunLock::~RunLock() = default;
+bool RunLock::enforced() const { return impl_->enforced; }
+
+void confirm_output(const std::string& path) {
+  const std::lock_guard guard(registry_mutex);
+  const auto found = registry().find(follow_links(path));
+  if (found != registry().end()) found->second->confirm();
+}
+
+void written_output(const std::string& path) {
+  const std::lock_guard guard(registry_mutex);
+  const auto found = registry().find(follow_links(path));
+  if (found != registry().end()) found->second->identity = identity_of(found->first);
 }
 
 }  // namespace noiseloom

@@ -101,8 +101,9 @@ void restore_run(const RunFileReader* file, const Extents& extents, Engine& engi
   broadcast_state(state, visit_state, communicator);
 
   const auto cells = static_cast<std::size_t>(extents.cells_per_slice());
-  const std::vector<SliceIndex> held = engine.slices_held();
   const Partition& partition = engine.partition();
+  std::vector<SliceIndex> wanted = engine.slices_held();
+  std::sort(wanted.begin(), wanted.end());
   std::map<SliceIndex, std::vector<std::uint32_t>> permutations;
   std::map<SliceIndex, std::vector<std::byte>> stored;
   const auto produce = [&](SliceIndex slice, std::vector<std::byte>& block) {
@@ -114,14 +115,13 @@ void restore_run(const RunFileReader* file, const Extents& extents, Engine& engi
   };
   const auto consume = [&](SliceIndex slice, std::span<const std::byte> block) {
     const bool own = partition.owner(slice) == communicator.rank();
-    if (!own && std::find(held.begin(), held.end(), slice) == held.end()) return;
     std::vector<std::uint32_t>& ids = permutations[slice];
     ids.resize(cells);
     std::memcpy(ids.data(), block.data(), cells * sizeof(std::uint32_t));
     if (own)
       stored[slice].assign(block.begin() + static_cast<std::ptrdiff_t>(cells * sizeof(std::uint32_t)), block.end());
   };
-  communicator.stream_to_all(extents.num_slices(), produce, consume);
+  communicator.stream_from_root(wanted, produce, consume);
   engine.restore(state, [&](SliceIndex slice) { return permutations.at(slice); });
   communicator.together([&] {
     for (const auto& [slice, expected] : stored) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 
 #include "noiseloom/construct/order_samples.h"
 #include "run/checkpoint_parts.h"
@@ -198,9 +199,11 @@ std::vector<OrderRow> restore_order_run(const RunFileReader* file, const RunConf
     }
   };
   const auto consume = [&](SliceIndex slice, std::span<const std::byte> block) {
-    if (run.partition().owner(slice) == communicator.rank()) own[slice].assign(block.begin(), block.end());
+    own[slice].assign(block.begin(), block.end());
   };
-  communicator.stream_to_all(extents.num_slices(), produce, consume);
+  std::vector<SliceIndex> wanted(static_cast<std::size_t>(run.partition().count(communicator.rank())));
+  std::iota(wanted.begin(), wanted.end(), run.partition().begin(communicator.rank()));
+  communicator.stream_from_root(wanted, produce, consume);
   communicator.on_root([&] {
     const Census expected = expected_census(state);
     if (census == expected) return;

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "support/filter_specs.h"
 
 namespace noiseloom {
@@ -126,8 +128,10 @@ TEST(Engine, GoesOnFromEveryStepToTheSamePermutations) {
             ids.resize(block.size() / sizeof(std::uint32_t));
             std::copy(block.begin(), block.end(), std::as_writable_bytes(std::span(ids)).begin());
           });
-      world.stream_to_all(
-          partition.num_slices(),
+      std::vector<SliceIndex> every(static_cast<std::size_t>(partition.num_slices()));
+      std::iota(every.begin(), every.end(), 0);
+      world.stream_from_root(
+          every,
           [&](SliceIndex slice, std::vector<std::byte>& block) {
             const auto bytes = std::as_bytes(std::span(all[static_cast<std::size_t>(slice)]));
             block.assign(bytes.begin(), bytes.end());

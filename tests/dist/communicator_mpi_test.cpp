@@ -33,16 +33,74 @@ TEST(Communicator, StreamsBlocksToRootInSliceOrder) {
   EXPECT_EQ(next, world.is_root() ? 13 : 0);
 }
 
-TEST(Communicator, StreamsBlocksFromRootToEveryRank) {
+// Wanted by rank r of 9 slices: those that r + 2 divides. Some slices nobody wants, some several ranks.
+std::vector<SliceIndex> wanted_by(int rank) {
+  std::vector<SliceIndex> wanted;
+  for (SliceIndex slice = 0; slice < 9; ++slice) {
+    if (slice % (rank + 2) == 0) wanted.push_back(slice);
+  }
+  return wanted;
+}
+
+TEST(Communicator, StreamsBlocksFromRootToTheRanksThatWantThem) {
   const Communicator world = Communicator::world();
-  SliceIndex next = 0;
-  world.stream_to_all(
-      9, [](SliceIndex slice, std::vector<std::byte>& block) { block = block_of(slice); },
+  const std::vector<SliceIndex> wanted = wanted_by(world.rank());
+  std::vector<SliceIndex> produced;
+  std::vector<SliceIndex> consumed;
+  world.stream_from_root(
+      wanted,
+      [&](SliceIndex slice, std::vector<std::byte>& block) {
+        EXPECT_TRUE(world.is_root());
+        produced.push_back(slice);
+        block = block_of(slice);
+      },
       [&](SliceIndex slice, std::span<const std::byte> block) {
-        EXPECT_EQ(slice, next++);
-        EXPECT_EQ(block.size(), block_of(slice).size());
+        consumed.push_back(slice);
+        const auto expected = block_of(slice);
+        ASSERT_EQ(block.size(), expected.size());
+        EXPECT_TRUE(std::equal(block.begin(), block.end(), expected.begin()));
       });
-  EXPECT_EQ(next, 9);
+  EXPECT_EQ(consumed, wanted);
+  std::vector<SliceIndex> expected;  // on rank 0 each that anybody wants, once
+  for (SliceIndex slice = 0; world.is_root() && slice < 9; ++slice) {
+    for (int rank = 0; rank < world.size(); ++rank) {
+      if (slice % (rank + 2) != 0) continue;
+      expected.push_back(slice);
+      break;
+    }
+  }
+  EXPECT_EQ(produced, expected);
+}
+
+TEST(Communicator, FailuresInAStreamFromRootReachEveryRank) {
+  const Communicator world = Communicator::world();
+  const int last = world.size() - 1;
+  for (const bool producer : {true, false}) {
+    SCOPED_TRACE(producer ? "producer" : "consumer");
+    std::vector<SliceIndex> consumed;
+    try {
+      world.stream_from_root(
+          wanted_by(0),
+          [&](SliceIndex slice, std::vector<std::byte>& block) {
+            if (producer && slice == 4) throw UserError("run.h5", "no such slice");
+            block = block_of(slice);
+          },
+          [&](SliceIndex slice, std::span<const std::byte>) {
+            if (!producer && world.rank() == last && slice == 4) throw UserError("run.h5", "no such slice");
+            consumed.push_back(slice);
+          });
+      ADD_FAILURE() << "nothing was thrown on rank " << world.rank();
+    } catch (const SharedUserError& error) {
+      EXPECT_STREQ(error.what(), "run.h5: no such slice");
+    }
+    // Nothing follows what could not be produced; the other ranks are not cut short by a consumer.
+    if (producer || world.rank() == last) {
+      EXPECT_EQ(consumed, (std::vector<SliceIndex>{0, 2}));
+    } else {
+      EXPECT_EQ(consumed, wanted_by(0));
+    }
+    world.barrier();
+  }
 }
 
 TEST(Communicator, FailureOfOneRankIsThrownOnAll) {
@@ -72,6 +130,32 @@ TEST(Communicator, FailureOfTheConsumerDrainsTheStream) {
   };
   EXPECT_THROW(stream(), EnvironmentError);
   world.barrier();
+}
+
+TEST(Communicator, FailureOfAProducerReachesTheConsumerAndEveryRank) {
+  const Communicator world = Communicator::world();
+  const Partition partition(11, world.size());
+  for (const SliceIndex bad : {0, 5, 10}) {
+    SCOPED_TRACE("slice " + std::to_string(bad));
+    SliceIndex consumed = 0;
+    try {
+      world.stream_to_root(
+          partition,
+          [&](SliceIndex slice, std::vector<std::byte>& block) {
+            if (slice == bad) throw EnvironmentError("no memory for slice " + std::to_string(slice));
+            block = block_of(slice);
+          },
+          [&](SliceIndex slice, std::span<const std::byte> block) {
+            EXPECT_EQ(slice, consumed++);
+            EXPECT_EQ(block.size(), block_of(slice).size());
+          });
+      ADD_FAILURE() << "nothing was thrown on rank " << world.rank();
+    } catch (const SharedEnvironmentError& error) {
+      EXPECT_EQ(error.what(), "no memory for slice " + std::to_string(bad));
+    }
+    EXPECT_EQ(consumed, world.is_root() ? bad : 0);  // never a block that was not produced
+    world.barrier();
+  }
 }
 
 TEST(Communicator, GathersInSliceOrderWithEmptyRanks) {

@@ -4,9 +4,13 @@
 
 #include <algorithm>
 #include <bit>
+#include <random>
 
 #include "noiseloom/files/digest.h"
+#include "noiseloom/files/generations.h"
 #include "noiseloom/files/run_file.h"
+#include "support/failing_file_ops.h"
+#include "support/run_file_digests.h"
 #include "support/sample_run_file.h"
 
 namespace noiseloom {
@@ -144,9 +148,160 @@ TEST_F(RunFileDamage, TellsANewerFormatFromDamage) {
 TEST_F(RunFileDamage, NamesFilesOfOtherKinds) {
   EXPECT_THAT(opening_with("\x89PNG\r\n\x1a\n and more"), AllOf(HasSubstr("user: "), HasSubstr("a PNG image")));
   EXPECT_THAT(opening_with(good_.substr(4096)), AllOf(HasSubstr("user: "), HasSubstr("HDF5 file of another program")));
-  EXPECT_THAT(opening_with(std::string(10'000, '\0')), AllOf(HasSubstr("user: "), HasSubstr("not a noiseloom")));
+  EXPECT_THAT(opening_with(std::string(10'000, 'x')), AllOf(HasSubstr("user: "), HasSubstr("not a noiseloom")));
   EXPECT_THAT(opening(folder_ / "missing.h5"), AllOf(HasSubstr("user: "), HasSubstr("no such file")));
   EXPECT_THAT(opening(folder_.path()), AllOf(HasSubstr("user: "), HasSubstr("folder")));
+}
+
+// --- going on from the generation before ---
+
+class RunFileFallback : public RunFileDamage {
+ protected:
+  void SetUp() override {
+    RunFileDamage::SetUp();
+    std::filesystem::copy_file(path_, path_ + ".prev");
+  }
+  // "" where it goes on from PATH.prev with a reason, else what happens instead.
+  std::string fallback(FileOps& ops = posix_file_ops()) const {
+    try {
+      refuse_foreign_output(path_);
+      const NewestGeneration newest = open_newest_generation(path_, ops);
+      if (!newest.reader) return "nothing";
+      if (!newest.is_previous) return "opened";
+      return newest.trouble.empty() ? "no reason" : "";
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+  }
+};
+
+TEST_F(RunFileFallback, EveryBitOfTheFirstPage) {
+  for (std::size_t byte = 0; byte < 4096; ++byte) {
+    for (int bit = 0; bit < 8; ++bit) {
+      put_bytes(path_, byte, {static_cast<char>(good_[byte] ^ (1 << bit))});
+      ASSERT_TRUE(looks_like_run_file(path_)) << "byte " << byte << " bit " << bit;
+      ASSERT_THAT(opening(path_), HasSubstr("damaged: ")) << "byte " << byte << " bit " << bit;
+    }
+    if (byte % 37 == 0 || byte < 24) {
+      ASSERT_EQ(fallback(), "") << "byte " << byte;
+    }
+    put_bytes(path_, byte, {good_[byte]});
+  }
+}
+
+TEST_F(RunFileFallback, WhatPowerCutsAndBadSectorsLeave) {
+  const std::string zeros(good_.size(), '\0');
+  for (const std::size_t length :
+       {std::size_t{1}, std::size_t{19}, std::size_t{512}, std::size_t{4096}, std::size_t{8192}}) {
+    EXPECT_THAT(opening_with(zeros.substr(0, length) + good_.substr(length)), HasSubstr("damaged: ")) << length;
+    EXPECT_EQ(fallback(), "") << length;
+  }
+  for (const std::string& left :
+       {zeros, std::string(), good_.substr(0, 5), std::string(512, 'x') + good_.substr(512)}) {
+    EXPECT_THAT(opening_with(left), HasSubstr("damaged: "));
+    EXPECT_EQ(fallback(), "") << left.size();
+  }
+}
+
+TEST_F(RunFileFallback, AReadThatFails) {
+  FailingFileOps counting(posix_file_ops(), FailingFileOps::never, FailingFileOps::Mode::fail_once);
+  EXPECT_EQ(fallback(counting), "opened");
+  // The first two operations look up which generations there are, the third opens PATH.
+  for (int k = 2; k < counting.num_operations() - 1; ++k) {
+    FailingFileOps ops(posix_file_ops(), k, FailingFileOps::Mode::fail_once);
+    EXPECT_EQ(fallback(ops), "") << "operation " << k;
+  }
+}
+
+TEST_F(RunFileFallback, NotFromAFileOfSomebodyElse) {
+  const std::string picture = "\x89PNG\r\n\x1a\n and more";
+  EXPECT_THAT(opening_with(picture), HasSubstr("user: "));
+  EXPECT_THAT(fallback(), HasSubstr("is not a run file of noiseloom, and is not replaced"));
+  EXPECT_EQ(read_bytes(path_), picture);
+}
+
+TEST_F(RunFileFallback, BothGenerationsAreNamedWhereBothAreDamaged) {
+  write_bytes(path_ + ".prev", good_.substr(0, 1000));
+  write_bytes(path_, "noiseloom");
+  EXPECT_THAT(fallback(), AllOf(HasSubstr(path_ + ": truncated"), HasSubstr(path_ + ".prev: truncated")));
+}
+
+TEST_F(RunFileFallback, OnlyThePreviousGenerationIsLeft) {
+  EXPECT_FALSE(only_previous_generation(path_));
+  std::filesystem::remove(path_);
+  EXPECT_TRUE(only_previous_generation(path_));
+  EXPECT_EQ(fallback(), "");
+  write_bytes(path_ + ".prev", "somebody else's");
+  EXPECT_FALSE(only_previous_generation(path_));
+  std::filesystem::remove(path_ + ".prev");
+  EXPECT_FALSE(only_previous_generation(path_));
+  EXPECT_EQ(fallback(), "nothing");
+}
+
+// --- right digests and wrong contents ---
+
+class RunFileMadeUp : public RunFileDamage {
+ protected:
+  // The file with its text block changed and a digest that fits.
+  std::string opening_with_block(const std::string& from, const std::string& to) const {
+    std::string bytes = good_;
+    const std::size_t at = bytes.find(from);
+    if (at == std::string::npos || at > 4096) return "no " + from;
+    std::string block = bytes.substr(0, 4096 - 24);
+    block.replace(at, from.size(), to);
+    block.resize(4096 - 25, ' ');
+    block += "\n";
+    return opening_with(block + "digest " + to_hex(digest_of(std::as_bytes(std::span(block)))) + "\n" +
+                        bytes.substr(4096));
+  }
+  std::string line(const std::string& start) const {
+    const std::size_t at = good_.find(start);
+    return good_.substr(at, good_.find('\n', at) - at);
+  }
+};
+
+TEST_F(RunFileMadeUp, PlacesThatCannotBeAreRefused) {
+  const std::string samples = line("slices ");
+  std::istringstream words(samples);
+  std::string kind, name;
+  std::uint64_t offset = 0, count = 0, bytes = 0, checksums = 0;
+  words >> kind >> offset >> count >> bytes >> checksums >> name;
+  const auto with = [&](std::uint64_t o, std::uint64_t n, std::uint64_t b, std::uint64_t c, const std::string& called) {
+    return opening_with_block(samples, "slices " + std::to_string(o) + " " + std::to_string(n) + " " +
+                                           std::to_string(b) + " " + std::to_string(c) + " " + called);
+  };
+  ASSERT_EQ(with(offset, count, bytes, checksums, name), "good");
+  const std::uint64_t huge = ~std::uint64_t{0};
+  for (const std::uint64_t wrong : {std::uint64_t{0}, std::uint64_t{1}, offset + 1, huge, huge / 8 + 1}) {
+    EXPECT_THAT(with(wrong, count, bytes, checksums, name), HasSubstr("user: ")) << wrong;
+    EXPECT_THAT(with(offset, wrong, bytes, checksums, name), HasSubstr("user: ")) << wrong;
+    EXPECT_THAT(with(offset, count, wrong, checksums, name), HasSubstr("user: ")) << wrong;
+  }
+  EXPECT_THAT(with(offset, count, bytes, huge - 8, name), HasSubstr("user: "));
+  EXPECT_THAT(with(offset, count * bytes, 1, checksums, name), Not(HasSubstr("good")));
+  EXPECT_THAT(with(offset, 1, count * bytes, checksums, name), Not(HasSubstr("good")));
+  EXPECT_THAT(with(offset, count, bytes, checksums, "/other"), HasSubstr("user: "));
+  EXPECT_THAT(with(offset, count, bytes, checksums, "/pdf"), HasSubstr("user: "));
+  const std::string rest = line("rest ");
+  EXPECT_THAT(opening_with_block(rest, "rest 0 18446744073709551615 0123456789abcdef"), HasSubstr("user: "));
+  EXPECT_THAT(opening_with_block(rest, std::string(rest.size(), ' ')), HasSubstr("user: "));  // bytes left unchecked
+}
+
+// Thousands of small changes anywhere, the digests made to fit: opening throws or gives the file, and no more.
+TEST_F(RunFileMadeUp, RandomChangesWithFittingDigestsEndInNothingWorseThanAnException) {
+  std::mt19937 random(4711);
+  int opened = 0;
+  for (int round = 0; round < 1500; ++round) {
+    std::string bytes = good_;
+    for (int change = 0; change < 1 + round % 4; ++change) {
+      const std::size_t at = random() % (round % 3 == 0 ? std::size_t{600} : bytes.size());
+      if (round % 2 == 0) bytes[at] = static_cast<char>(random());
+      if (round % 2 == 1 && bytes[at] >= '0' && bytes[at] <= '9') bytes[at] = static_cast<char>('0' + random() % 10);
+    }
+    const std::string result = opening_with(with_fitting_digests(bytes));
+    opened += result == "good";
+  }
+  EXPECT_GT(opened, 100);  // changes inside slices: the digests do fit
 }
 
 }  // namespace

@@ -1,14 +1,23 @@
 // One run at a time writes an output.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <optional>
+#include <thread>
 
+#include "files/lock_record.h"
+#include "noiseloom/files/generations.h"
 #include "noiseloom/files/run_file.h"
+#include "noiseloom/files/run_lock.h"
 #include "support/sample_run_file.h"
 
 namespace noiseloom {
@@ -158,6 +167,236 @@ TEST(RunLock, NamesAFolderThatCannotBeWritten) {
 TEST(RunLock, AMissingFolderIsTheUsersFault) {
   const TemporaryFolder folder;
   EXPECT_THAT(refusal(folder / "no/run.h5"), AllOf(HasSubstr(folder / "no"), HasSubstr("no such folder")));
+}
+
+// --- holders on other machines, as far as a file can play them ---
+
+using namespace std::chrono_literals;
+
+constexpr LockTiming quick{.beat = 20ms, .silence = 200ms};
+
+LockRecord record_of_another_machine() {
+  LockRecord record = own_record();
+  record.holder = "process 4711 on node7, since 2026-01-31 12:00:00 UTC";
+  record.machine = "another";
+  record.pid = 4711;
+  record.slurm_job = "";
+  return record;
+}
+
+class LockOfAnotherMachine : public testing::Test {
+ protected:
+  void SetUp() override { ::unsetenv("SLURM_JOB_ID"); }
+  void TearDown() override {
+    for (const char* name : {"SLURM_JOB_ID", "SLURM_RESTART_COUNT", "SLURM_CLUSTER_NAME"}) ::unsetenv(name);
+  }
+  void leave(const LockRecord& record) const { write_bytes(lock_path_, to_text(record)); }
+  void age(std::chrono::seconds by) const {
+    std::filesystem::last_write_time(lock_path_, std::filesystem::last_write_time(lock_path_) - by);
+  }
+  // "locked", or the refusal; `said` gets what the user is told while it waits.
+  std::string attempt(LockTiming timing = quick) {
+    said_.clear();
+    try {
+      const RunLock lock(
+          path_, [&](const std::string& text) { said_ = text; }, timing);
+      return "locked";
+    } catch (const UserError& error) {
+      return error.what();
+    }
+  }
+
+  TemporaryFolder folder_;
+  std::string path_ = folder_ / "run.h5";
+  std::string lock_path_ = path_ + ".lock";
+  std::string said_;
+};
+
+TEST_F(LockOfAnotherMachine, LongSilentIsTakenAtOnce) {
+  leave(record_of_another_machine());
+  age(3600s);
+  const auto begun = std::chrono::steady_clock::now();
+  EXPECT_EQ(attempt(LockTiming{}), "locked");
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, 5s);
+  EXPECT_EQ(said_, "");
+  EXPECT_THAT(folder_.names(), ElementsAre());
+}
+
+TEST_F(LockOfAnotherMachine, LatelySilentIsTakenAfterAWhile) {
+  leave(record_of_another_machine());
+  EXPECT_EQ(attempt(), "locked");
+  EXPECT_THAT(said_, AllOf(HasSubstr(path_), HasSubstr("node7"), HasSubstr("waiting")));
+}
+
+TEST_F(LockOfAnotherMachine, ThatBeatsIsRefused) {
+  leave(record_of_another_machine());
+  std::atomic<bool> ending = false;
+  std::thread heart([&] {
+    while (!ending) {
+      std::this_thread::sleep_for(20ms);
+      std::filesystem::last_write_time(lock_path_, std::filesystem::file_time_type::clock::now());
+    }
+  });
+  EXPECT_THAT(attempt(), AllOf(HasSubstr("another run is writing it"), HasSubstr("node7")));
+  ending = true;
+  heart.join();
+  EXPECT_THAT(read_bytes(lock_path_), HasSubstr("node7"));  // its file is left alone
+}
+
+// The server of a network file system keeps the lock of a dead node: here a child of ours holds it and says nothing.
+TEST_F(LockOfAnotherMachine, KeptByTheServerIsReplaced) {
+  leave(record_of_another_machine());
+  Child server([&](auto ready) {
+    const int fd = ::open(lock_path_.c_str(), O_RDWR);
+    if (::flock(fd, LOCK_EX) == 0) ready();
+    ::pause();
+  });
+  ASSERT_TRUE(server.wait_until_ready());
+  {
+    const RunLock lock(path_, {}, quick);
+    EXPECT_TRUE(lock.enforced());
+    EXPECT_THAT(read_bytes(lock_path_), HasSubstr("process " + std::to_string(::getpid())));
+    EXPECT_THAT(refusal(path_), HasSubstr("another run is writing it"));
+  }
+  EXPECT_THAT(folder_.names(), ElementsAre());
+}
+
+TEST_F(LockOfAnotherMachine, OfTheSameSlurmJobBeforeItsRequeueIsTakenAtOnce) {
+  ::setenv("SLURM_JOB_ID", "123", 1);
+  ::setenv("SLURM_CLUSTER_NAME", "snow", 1);
+  ::setenv("SLURM_RESTART_COUNT", "2", 1);
+  LockRecord predecessor = record_of_another_machine();
+  predecessor.slurm_job = "snow/123";
+  predecessor.slurm_restarts = 1;
+  leave(predecessor);
+  EXPECT_EQ(attempt(), "locked");
+  EXPECT_EQ(said_, "");
+  // The same number on another cluster, another job, or the same start of the job: these may live.
+  for (const auto& [job, restarts] : {std::pair{"rain/123", 1}, std::pair{"snow/124", 1}, std::pair{"snow/123", 2}}) {
+    predecessor.slurm_job = job;
+    predecessor.slurm_restarts = restarts;
+    leave(predecessor);
+    EXPECT_EQ(attempt(), "locked");
+    EXPECT_THAT(said_, HasSubstr("waiting")) << job << " " << restarts;
+  }
+}
+
+TEST_F(LockOfAnotherMachine, IsNotAskedForWhereTheHolderIsHere) {
+  LockRecord here = own_record();
+  const LockRecord ours = own_record();
+  EXPECT_EQ(judge(here, ours, SystemLock::held), Holder::alive);
+  EXPECT_EQ(judge(here, ours, SystemLock::free), Holder::dead);
+  // Without locks the process itself is looked at: this one lives; one with its number before it did not.
+  EXPECT_EQ(judge(here, ours, SystemLock::unsupported), Holder::alive);
+  here.started -= 1;
+  EXPECT_EQ(judge(here, ours, SystemLock::unsupported), Holder::dead);
+  EXPECT_EQ(judge({}, ours, SystemLock::held), Holder::alive);
+  EXPECT_EQ(judge({}, ours, SystemLock::free), Holder::dead);
+  EXPECT_EQ(judge(record_of_another_machine(), ours, SystemLock::free), Holder::unknown);
+}
+
+TEST_F(LockOfAnotherMachine, ALiveHolderBeats) {
+  const RunLock lock(path_, {}, quick);
+  const auto before = std::filesystem::last_write_time(lock_path_);
+  for (int i = 0; i < 500 && std::filesystem::last_write_time(lock_path_) == before; ++i) {
+    std::this_thread::sleep_for(10ms);
+  }
+  EXPECT_GT(std::filesystem::last_write_time(lock_path_), before);
+}
+
+TEST(LockRecord, SurvivesItsText) {
+  LockRecord record = record_of_another_machine();
+  record.slurm_job = "snow/123";
+  record.slurm_restarts = 3;
+  const LockRecord read = parse_record(to_text(record));
+  EXPECT_EQ(read.holder, record.holder);
+  EXPECT_EQ(read.machine, record.machine);
+  EXPECT_EQ(read.pid, record.pid);
+  EXPECT_EQ(read.started, record.started);
+  EXPECT_EQ(read.number, record.number);
+  EXPECT_EQ(read.slurm_job, record.slurm_job);
+  EXPECT_EQ(read.slurm_restarts, record.slurm_restarts);
+}
+
+// --- runs that no longer own their output ---
+
+class LostOutput : public testing::Test {
+ protected:
+  void write(int generation) const { write_sample_file(posix_file_ops(), path_, content_, generation); }
+  int generation() const { return sample_generation(path_, content_, 4); }
+
+  TemporaryFolder folder_;
+  std::string path_ = folder_ / "run.h5";
+  RunFileContent content_ = sample_content();
+};
+
+TEST_F(LostOutput, ARunThatWasTakenOverWritesNothingMore) {
+  const RunLock lock(path_, {}, quick);
+  write(0);
+  LockRecord other = record_of_another_machine();
+  std::filesystem::remove(path_ + ".lock");
+  write_bytes(path_ + ".lock", to_text(other));
+  EXPECT_THROW(write(1), OutputLost);
+  EXPECT_EQ(generation(), 0);
+  EXPECT_THAT(folder_.names(), testing::UnorderedElementsAre("run.h5", "run.h5.lock"));
+  EXPECT_THAT(read_bytes(path_ + ".lock"), HasSubstr("node7"));
+}
+
+TEST_F(LostOutput, AFileThatANewerRunFinishedIsNotReplacedByAnOlderOne) {
+  const RunLock older(path_, {}, quick);
+  write(0);
+  std::filesystem::remove(path_ + ".lock");  // by hand
+  Child newer([&](auto ready) {
+    const RunLock lock(path_, {}, quick);
+    content_.provenance["version"] = std::string("newer");  // as its time of saving would differ
+    write(2);
+    ready();
+    ::pause();
+  });
+  ASSERT_TRUE(newer.wait_until_ready());
+  EXPECT_THROW(write(1), OutputLost);
+  newer.kill_and_wait();
+  std::filesystem::remove(path_ + ".lock");
+  EXPECT_THROW(write(1), OutputLost);  // nor when the newer one and its lock are gone
+  EXPECT_EQ(generation(), 2);
+}
+
+TEST_F(LostOutput, ALockFileRemovedByHandIsPutBack) {
+  const RunLock lock(path_, {}, quick);
+  write(0);
+  std::filesystem::remove(path_ + ".lock");
+  write(1);
+  EXPECT_EQ(generation(), 1);
+  Child second([&](auto ready) {
+    if (refusal(path_).find("another run is writing it") != std::string::npos) ready();
+  });
+  EXPECT_TRUE(second.wait_until_ready());
+}
+
+TEST_F(LostOutput, AnOutputRemovedByHandIsWrittenAgain) {
+  const RunLock lock(path_, {}, quick);
+  write(0);
+  std::filesystem::remove(path_);
+  write(1);
+  EXPECT_EQ(generation(), 1);
+}
+
+TEST_F(LostOutput, GoingOnFromThePreviousGenerationIsNoLoss) {
+  write(0);
+  write(1);
+  write_bytes(path_, "noiseloom run");
+  const RunLock lock(path_, {}, quick);
+  restore_previous_generation(posix_file_ops(), path_);
+  write(2);
+  EXPECT_EQ(generation(), 2);
+}
+
+TEST_F(LostOutput, TheTargetOfALinkIsWhatIsLocked) {
+  const std::string link = folder_ / "link.h5";
+  std::filesystem::create_symlink("run.h5", link);
+  const RunLock lock(link, {}, quick);
+  EXPECT_THAT(refusal(path_), HasSubstr("another run is writing it"));
+  EXPECT_TRUE(std::filesystem::exists(path_ + ".lock"));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include <csignal>
 
+#include "noiseloom/files/generations.h"
 #include "noiseloom/files/run_file.h"
 #include "support/failing_file_ops.h"
 #include "support/sample_run_file.h"
@@ -97,9 +98,8 @@ TEST_F(RunFilePublish, ADiskThatStaysBrokenLosesNoGeneration) {
   }
 }
 
-TEST_F(RunFilePublish, AProcessKilledAtAnyOperationLosesNoGeneration) {
+TEST_F(RunFilePublish, APathOnceThereIsNeverAbsent) {
   const int operations = operations_of_a_checkpoint();
-  int only_previous = 0;
   for (int k = 0; k < operations; ++k) {
     SCOPED_TRACE("operation " + std::to_string(k));
     write_two_generations();
@@ -109,9 +109,60 @@ TEST_F(RunFilePublish, AProcessKilledAtAnyOperationLosesNoGeneration) {
                 return 0;
               }),
               FailingFileOps::stopped_status);
+    EXPECT_GE(generation_at(path_), 1);
+    EXPECT_GE(generation_at(path_ + ".prev"), 0);
+    remove_stale_temporaries(posix_file_ops(), path_);
+    EXPECT_THAT(folder_.names(), UnorderedElementsAre("run.h5", "run.h5.prev"));
+    // And once more from there: where the kill left both names on one file, too.
+    const int there = generation_at(path_);
+    write(posix_file_ops(), 2);
+    EXPECT_EQ(generation_at(path_), 2);
+    EXPECT_EQ(generation_at(path_ + ".prev"), there);
+    EXPECT_THAT(folder_.names(), UnorderedElementsAre("run.h5", "run.h5.prev"));
+  }
+}
+
+TEST_F(RunFilePublish, AReaderAlwaysFindsAGoodFile) {
+  write(posix_file_ops(), 0);
+  const pid_t writer = ::fork();
+  if (writer == 0) {
+    for (int generation = 1; generation < 300; ++generation) write(posix_file_ops(), generation % 3);
+    ::_exit(0);
+  }
+  int looks = 0;
+  int status = 0;
+  while (::waitpid(writer, &status, WNOHANG) == 0) {
+    ASSERT_TRUE(std::filesystem::exists(path_));
+    if (++looks % 64 == 0) {
+      ASSERT_GE(generation_at(path_), 0);
+    }
+  }
+  EXPECT_EQ(status, 0);
+  EXPECT_GT(looks, 1000);
+}
+
+TEST_F(RunFilePublish, WithoutHardLinksAProcessKilledAtAnyOperationLosesNoGeneration) {
+  write_two_generations();
+  FailingFileOps counting(posix_file_ops(), FailingFileOps::never, Mode::fail_once);
+  counting.take_links_away();
+  write(counting, 2);
+  const int operations = counting.num_operations();
+  int only_previous = 0;
+  for (int k = 0; k < operations; ++k) {
+    SCOPED_TRACE("operation " + std::to_string(k));
+    write_two_generations();
+    EXPECT_EQ(status_of_child([&] {
+                FailingFileOps ops(posix_file_ops(), k, Mode::end_process);
+                ops.take_links_away();
+                write(ops, 2);
+                return 0;
+              }),
+              FailingFileOps::stopped_status);
     EXPECT_GE(newest_generation(), 1);
     if (!std::filesystem::exists(path_)) {
       ++only_previous;
+      EXPECT_TRUE(only_previous_generation(path_));
+      EXPECT_TRUE(open_newest_generation(path_).is_previous);
       restore_previous_generation(posix_file_ops(), path_);
       EXPECT_EQ(generation_at(path_), 1);
     }
@@ -144,6 +195,24 @@ TEST_F(RunFilePublish, RestoringPutsTheDamagedGenerationAside) {
   EXPECT_EQ(generation_at(path_), 2);
   EXPECT_EQ(generation_at(path_ + ".prev"), 0);
   EXPECT_THAT(folder_.names(), Contains("run.h5.damaged"));
+}
+
+TEST_F(RunFilePublish, ThroughASymbolicLinkItsTargetIsWrittenAndTheLinkStays) {
+  std::filesystem::create_directory(folder_ / "disk");
+  const std::string link = folder_ / "link.h5";
+  std::filesystem::create_symlink("disk/target.h5", link);
+  for (int generation = 0; generation < 3; ++generation) {
+    write_sample_file(posix_file_ops(), link, content_, generation);
+    EXPECT_TRUE(std::filesystem::is_symlink(link));
+    EXPECT_EQ(generation_at(folder_ / "disk/target.h5"), generation);
+  }
+  EXPECT_EQ(generation_at(folder_ / "disk/target.h5.prev"), 1);
+  EXPECT_THAT(folder_.names(), UnorderedElementsAre("disk", "link.h5"));
+  EXPECT_EQ(previous_generation(link), folder_ / "disk/target.h5.prev");
+  std::filesystem::remove(folder_ / "disk/target.h5");
+  EXPECT_TRUE(only_previous_generation(link));
+  restore_previous_generation(posix_file_ops(), link);
+  EXPECT_EQ(generation_at(link), 1);
 }
 
 TEST_F(RunFilePublish, RemovesTemporariesOfThisOutputOnly) {

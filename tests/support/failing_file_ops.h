@@ -27,6 +27,8 @@ class FailingFileOps final : public FileOps {
 
   FailingFileOps(FileOps& real, int fail_at, Mode mode) : real_(real), fail_at_(fail_at), mode_(mode) {}
 
+  // As on a file system where a file has one name.
+  void take_links_away() { has_links_ = false; }
   int num_operations() const { return count_; }
   bool failed() const { return count_ > fail_at_; }
 
@@ -67,6 +69,10 @@ class FailingFileOps final : public FileOps {
     step("rename");
     real_.rename(from, to);
   }
+  bool link(const std::string& from, const std::string& to) override {
+    step("link");
+    return has_links_ && real_.link(from, to);
+  }
   void sync_directory(const std::string&) override { step("sync_directory"); }
   void remove(const std::string& path) override {
     step("remove");
@@ -88,6 +94,7 @@ class FailingFileOps final : public FileOps {
   int fail_at_;
   Mode mode_;
   int count_ = 0;
+  bool has_links_ = true;
 };
 
 }  // namespace noiseloom

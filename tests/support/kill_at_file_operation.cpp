@@ -77,6 +77,10 @@ int rename(const char* from, const char* to) noexcept {
   count(to);
   return next<int(const char*, const char*)>("rename")(from, to);
 }
+int link(const char* from, const char* to) noexcept {
+  count(to);
+  return next<int(const char*, const char*)>("link")(from, to);
+}
 int unlink(const char* path) noexcept {
   count(path);
   return next<int(const char*)>("unlink")(path);

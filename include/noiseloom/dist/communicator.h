@@ -10,6 +10,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "noiseloom/core/error.h"
@@ -77,21 +78,25 @@ class Communicator {
   void on_root(const std::function<void()>& body) const;
 
   // Streams the block of bytes of every slice, in slice order, from its owner to rank 0. `produce` is called on the
-  // owner, `consume` on rank 0; memory for one slice at a time. If `consume` throws, the rest is drained, then every
-  // rank throws EnvironmentError with its words. *Collective*
+  // owner, `consume` on rank 0; memory for one slice at a time. Where a `produce` throws, nothing more is consumed;
+  // where one or `consume` throws, the rest is drained, then every rank throws as agree() does. *Collective*
   void stream_to_root(const Partition& partition,
                       const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
                       const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const;
-  // The other way: `produce` on rank 0, `consume` on every rank; memory for one slice at a time. The same rule for
-  // errors. *Collective*
-  void stream_to_all(SliceIndex num_slices, const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
-                     const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const;
+  // The other way: every rank names the slices that it wants (ascending, each once), and those alone are sent to it.
+  // `produce` is called on rank 0, once for each slice that any rank wants, in slice order; `consume` on the ranks that
+  // want it. Memory for one slice at a time. The same rule for errors. *Collective*
+  void stream_from_root(std::span<const SliceIndex> wanted,
+                        const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
+                        const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const;
 
   struct Impl;
   const Impl& impl() const { return *impl_; }
 
  private:
   explicit Communicator(std::unique_ptr<Impl> impl);
+  // On rank 0 what all ranks want, as (slice, rank), sorted; nothing elsewhere. *Collective*
+  std::vector<std::pair<SliceIndex, int>> requests_at_root(std::span<const SliceIndex> wanted) const;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -9,8 +9,9 @@
 
 namespace noiseloom {
 
-// All functions throw EnvironmentError with the path and the system's own words. A write past a file size limit fails
-// like any other only where SIGXFSZ is ignored; main() does that.
+// All functions throw EnvironmentError with the path and the system's own words. A call that a signal interrupted is
+// repeated, and counts as done where the interrupted one turns out to have done it. A write past a file size limit
+// fails like any other only where SIGXFSZ is ignored; main() does that.
 class FileOps {
  public:
   virtual ~FileOps() = default;
@@ -24,7 +25,9 @@ class FileOps {
   virtual void close(int fd) = 0;                         // the descriptor is gone even when this throws
   virtual bool exists(const std::string& path) = 0;
   virtual void rename(const std::string& from, const std::string& to) = 0;  // replaces `to`
-  virtual void sync_directory(const std::string& path) = 0;                 // makes renames survive a power cut
+  // A second name for a file. False where the file system, or the system for this file, allows none.
+  virtual bool link(const std::string& from, const std::string& to) = 0;
+  virtual void sync_directory(const std::string& path) = 0;  // makes renames survive a power cut
   virtual void remove(const std::string& path) = 0;
 };
 
@@ -33,5 +36,9 @@ FileOps& posix_file_ops();
 
 // The folder part of a path: "." where there is none.
 std::string parent_directory(const std::string& path);
+
+// Where a file written to `path` ends up: symbolic links are followed, also one whose target does not exist yet. Links
+// among the folders stay as they are. Throws EnvironmentError, for links that lead in a circle too.
+std::string follow_links(const std::string& path);
 
 }  // namespace noiseloom

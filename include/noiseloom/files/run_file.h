@@ -18,9 +18,8 @@
 // dataset's bytes lie, digests of everything that no slice checksum covers, and a digest of the block itself. Damage is
 // so found and named before HDF5 parses a byte. Its lines are described in src/files/run_file_block.h.
 //
-// One writer, the serial HDF5 driver, all bytes through FileOps (a virtual file driver). Published whole or not at all:
-// unique temporary name, close, digest, fsync, rename the old generation to PATH.prev, rename, fsync of the directory.
-// Between the two renames, and at no other moment, PATH is missing and the newest good generation is PATH.prev.
+// One writer, the serial HDF5 driver, all bytes through FileOps (a virtual file driver). Published whole or not at all
+// (io/generations.h).
 #pragma once
 
 #include <cstddef>
@@ -72,14 +71,14 @@ struct RunFileContent {
 
 class RunFileWriter {
  public:
-  // Creates the temporary file beside `path`. Throws EnvironmentError.
-  RunFileWriter(FileOps& ops, std::string path, const RunFileContent& content);
+  // Creates the temporary file beside `path`, or beside its target if that is a symbolic link. Throws EnvironmentError.
+  RunFileWriter(FileOps& ops, const std::string& path, const RunFileContent& content);
   ~RunFileWriter();  // removes the temporary file unless published
   // The bytes of one slice of one dataset (file layout). Each slice of each dataset exactly once, in any order.
   void write_slice(int dataset, SliceIndex slice, std::span<const std::byte> bytes);
-  // Closes, digests, syncs, keeps the old generation as PATH.prev, renames, syncs the directory. Where it throws, the
-  // generations that were there are still there (and, if only the last sync failed, the new one is at PATH). Whatever
-  // is at PATH becomes PATH.prev: where that is damaged, call restore_previous_generation first.
+  // Closes, digests, syncs, and puts the file in the place of the newest generation. Where it throws, the generation
+  // that was at PATH is still there (or, if only the last sync failed, the new one). Throws OutputLost where this
+  // process has a RunLock on `path` and the output is no longer its own.
   void publish();
   // The combined checksum of a dataset, 16 hexadecimal digits. Requires that all its slices have been written.
   std::string checksum(int dataset) const;
@@ -95,14 +94,29 @@ class DamagedRunFile : public UserError {
   using UserError::UserError;
 };
 
+// Another program has written to the file since: h5repack, h5py, an editor of attributes. It can be read, but nothing
+// says that a run may go on from it.
+class ChangedRunFile : public UserError {
+  using UserError::UserError;
+};
+
+enum class Changed { refused, accepted };
+
+// What is not checked by its digest is checked for being possible: nothing in a file, damaged or made up, leads to more
+// than an exception.
 class RunFileReader {
  public:
-  // Verifies digests first. Throws DamagedRunFile, saying what and where; UserError when the file is missing, not a run
-  // file or of a newer format; EnvironmentError when it cannot be read.
-  explicit RunFileReader(const std::string& path);
+  // Verifies digests first. Throws DamagedRunFile, saying what and where; ChangedRunFile, unless that is accepted;
+  // UserError when the file is missing, not a run file or of a newer format; EnvironmentError when it cannot be read.
+  //
+  // With Changed::accepted the digests of the block need not fit, if HDF5 can read the file and every slice has the
+  // digest that /checksum gives it; change() then says what to tell the user.
+  explicit RunFileReader(const std::string& path, Changed changed = Changed::refused, FileOps& ops = posix_file_ops());
   ~RunFileReader();
   RunFileReader(RunFileReader&&) noexcept;
   const RunFileContent& content() const;
+  // "" for a file as it was written, else a sentence about what is no longer certain.
+  const std::string& change() const;
   // Index into content().datasets, or -1.
   int dataset(const std::string& name) const;
   void read_slice(int dataset, SliceIndex slice, std::span<std::byte> bytes) const;
@@ -112,36 +126,11 @@ class RunFileReader {
   std::unique_ptr<Impl> impl_;
 };
 
-// True where the file begins like a run file (cheap; no verification).
+// True where the file begins like a run file, though perhaps a damaged one, or was one before another program rewrote
+// it (cheap; no verification).
 bool looks_like_run_file(const std::string& path);
-
-// The name of the generation before the one at `path`.
-std::string previous_generation(const std::string& path);
-
-// For a run that goes on from PATH.prev because PATH is damaged or missing: moves what is at PATH to PATH.damaged and
-// PATH.prev to PATH, so that the next checkpoint does not replace the one good generation by the damaged one.
-void restore_previous_generation(FileOps& ops, const std::string& path);
-
-// Holds an output for one run: PATH.lock, locked for the life of the object and freed by the system if the process
-// dies.
-class RunLock {
- public:
-  // Throws UserError saying who holds it (host, process, since when), or that the folder does not exist;
-  // EnvironmentError, naming the folder, if it cannot be written.
-  explicit RunLock(const std::string& path);
-  ~RunLock();
-  RunLock(const RunLock&) = delete;
-  RunLock& operator=(const RunLock&) = delete;
-  // False where the file system has no locks: nothing then keeps a second run away, which the user should be told.
-  bool enforced() const { return enforced_; }
-
- private:
-  int fd_ = -1;
-  std::string lock_path_;
-  bool enforced_ = true;
-};
-
-// Removes temporary files that killed runs left beside `path`. Call with the lock held.
-void remove_stale_temporaries(FileOps& ops, const std::string& path);
+// For a file of which one knows that it should be one: also true where its beginning is gone (empty, zeros) or cannot
+// be read.
+bool may_be_run_file(const std::string& path);
 
 }  // namespace noiseloom

@@ -1,0 +1,64 @@
+// Holds an output for one run, against other processes, other nodes, and runs that come back from the dead.
+//
+// PATH.lock is locked with flock, which the system frees when the process ends. That is enough on one machine. Between
+// machines it is not: the server of a network file system may keep the lock of a node that died, and a file system may
+// lock for one node alone. So the file also says who holds it (host, boot of the machine, process, Slurm's job and how
+// often it was requeued, a number drawn for this holder), and its time of change is a heartbeat, renewed while the
+// holder lives. A newcomer decides by what can be known:
+//
+//   holder on the same machine             the system's lock is right; without locks: whether the process lives
+//   the same Slurm job, requeued since     the holder is our own predecessor, and dead
+//   holder on another machine              alive if its heartbeat goes on, else dead: watched for Timing::silence
+//
+// A holder that was cut off or suspended and comes back finds another number in the file, and writes nothing more.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "noiseloom/core/error.h"
+
+namespace noiseloom {
+
+// The output is no longer this run's to write: another run took it over or replaced what stood there. To try again is
+// of no use.
+class OutputLost : public EnvironmentError {
+  using EnvironmentError::EnvironmentError;
+};
+
+struct LockTiming {
+  std::chrono::milliseconds beat{15'000};     // between heartbeats
+  std::chrono::milliseconds silence{60'000};  // after which a holder on another machine counts as dead
+};
+
+class RunLock {
+ public:
+  // Throws UserError saying who holds it (host, process, since when), or that the folder does not exist;
+  // EnvironmentError, naming the folder, if it cannot be written. May wait for LockTiming::silence where a holder on
+  // another machine may be dead; `say` is told so before.
+  explicit RunLock(const std::string& path, const std::function<void(const std::string&)>& say = {},
+                   LockTiming timing = {});
+  ~RunLock();
+  RunLock(const RunLock&) = delete;
+  RunLock& operator=(const RunLock&) = delete;
+  // False where the file system has no locks: two runs that start at the same moment are then not kept apart, which the
+  // user should be told.
+  bool enforced() const;
+
+  struct Impl;
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+// Before `path` is replaced: throws OutputLost if this process has a RunLock on it that another run has taken over, or
+// if `path` is not what it was when the lock was taken or written_output was last called. Does nothing without a lock.
+// A lock file that was removed by hand is put back.
+void confirm_output(const std::string& path);
+
+// After `path` was replaced by this process.
+void written_output(const std::string& path);
+
+}  // namespace noiseloom
