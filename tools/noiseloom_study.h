@@ -1,0 +1,36 @@
+// Commands of noiseloom-study, one file each. Each adds itself to the command line.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "noiseloom/config/config.h"
+#include "noiseloom/image/texture_file.h"
+
+namespace noiseloom {
+
+void add_export(CLI::App& app);
+void add_score(CLI::App& app);
+void add_analyze(CLI::App& app);
+// `status` becomes the exit status when the command has run.
+void add_accuracy(CLI::App& app, int& status);
+
+// What score and analyze both take: textures of any kind, and what their values mean.
+struct TextureArguments {
+  std::vector<std::string> files;
+  std::string config;
+  std::vector<std::string> overrides;
+  TextureReading reading;
+  int threads = 0;  // 0: all processors
+};
+
+void add_texture_arguments(CLI::App& command, TextureArguments& arguments);
+// The config given or, where --set changes it, the run file's own; from --set alone, the size is what the file
+// suggests. None where nothing is given.
+std::optional<RunConfig> config_of(const TextureArguments& arguments, const std::string& file);
+TextureFile load_argument(const TextureArguments& arguments, const std::string& file);
+int threads_of(const TextureArguments& arguments);
+
+}  // namespace noiseloom

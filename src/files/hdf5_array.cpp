@@ -182,9 +182,10 @@ Result with_dataset(const std::string& name, Action action) {
     if (!file.is_dataset(dataset)) ask_for_dataset(file, "no dataset " + dataset);
     return action(ForeignDataset(file, dataset));
   } catch (const EnvironmentError& error) {  // the library's: a file that it cannot read is the user's fault
-    throw UserError(path, std::string("not a run file of noiseloom, or one whose beginning is damaged, and cannot be read "
-                                      "as HDF5 either: ") +
-                              error.what());
+    throw UserError(path,
+                    std::string("not a run file of noiseloom, or one whose beginning is damaged, and cannot be read "
+                                "as HDF5 either: ") +
+                        error.what());
   }
 }
 
