@@ -15,23 +15,24 @@ constexpr const char* file_help =
     "Run file; image, first of numbered images, folder of them, or pattern (noise_{}.png, %d, ####, *); .npy; .raw;\n"
     "FILE.h5:/DATASET of any HDF5 file";
 
-// A config of this size that leaves the rest to `overrides`.
-RunConfig config_around(const Extents& extents, const std::vector<std::string>& overrides) {
-  std::string size;
-  for (int axis = 0; axis < extents.num_axes(); ++axis)
-    size += fmt::format("{}{} = {}", axis == 0 ? "" : ", ", extents.name(axis), extents.size(axis));
-  return parse_config(fmt::format("[texture]\nsize = {{ {} }}\nsamples = \"uniform\"\n[filter]\ngroups = [ {{ axes = "
-                                  "\"xy\", kernel = \"gauss\", sigma = 1.0 }} ]\n",
-                                  size),
-                      "what --set leaves open", "", overrides);
-}
-
 // Those that set `key` or something below it.
 std::vector<std::string> overrides_of(const std::string& key, const std::vector<std::string>& overrides) {
   std::vector<std::string> found;
   for (const std::string& text : overrides)
     if (text.starts_with(key) && text.find_first_of(" =.[", key.size()) == key.size()) found.push_back(text);
   return found;
+}
+
+// A config of this size that leaves the rest to `overrides`; the filter is gauss 1.0 unless they choose its kernel.
+RunConfig config_around(const Extents& extents, const std::vector<std::string>& overrides) {
+  std::string size;
+  for (int axis = 0; axis < extents.num_axes(); ++axis)
+    size += fmt::format("{}{} = {}", axis == 0 ? "" : ", ", extents.name(axis), extents.size(axis));
+  const bool has_kernel = !overrides_of("filter.groups[0].kernel", overrides).empty();
+  return parse_config(fmt::format("[texture]\nsize = {{ {} }}\nsamples = \"uniform\"\n[filter]\ngroups = [ {{ axes = "
+                                  "\"xy\"{} }} ]\n",
+                                  size, has_kernel ? "" : ", kernel = \"gauss\", sigma = 1.0"),
+                      "what --set leaves open", "", overrides);
 }
 
 RunConfig config_from_set(const TextureArguments& arguments, const std::string& file) {

@@ -231,8 +231,11 @@ class RawFile {
     const std::size_t channels = static_cast<std::size_t>(wanted_ == 0 ? format.channels : wanted_);
     std::vector<float> pixel(channels);
     for (std::size_t p = 0; p < pixels; ++p) {
-      for (std::size_t c = 0; c < channels; ++c)
-        pixel[c] = static_cast<float>(unit_or_value(format, p * static_cast<std::size_t>(format.channels) + c));
+      for (std::size_t c = 0; c < channels; ++c) {
+        const double value = unit_or_value(format, p * static_cast<std::size_t>(format.channels) + c);
+        pixel[c] = static_cast<float>(value);
+        if (pixel[c] == 0 && value != 0) return false;  // a double that is too small for a float
+      }
       if (!may_be_sample(samples, pixel)) return false;
     }
     return true;
