@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "noiseloom/core/text.h"
 #include "noiseloom/files/generations.h"
 #include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/checkpoint.h"

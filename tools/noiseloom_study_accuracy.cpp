@@ -13,6 +13,7 @@
 #include "noiseloom/accuracy/accuracy_run.h"
 #include "noiseloom/config/config.h"
 #include "noiseloom/core/error.h"
+#include "noiseloom/core/text.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {

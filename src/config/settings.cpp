@@ -1,4 +1,4 @@
-#include "config/settings.h"
+#include "noiseloom/config/settings.h"
 
 #include <fmt/format.h>
 
@@ -6,28 +6,8 @@
 #include <cctype>
 #include <sstream>
 
-#include "noiseloom/core/error.h"
-
 namespace noiseloom::settings {
 namespace {
-
-struct SampleChoice {
-  std::string_view stem;  // the word begins with it; longer ones first
-  SampleKind kind;
-  int channels;
-};
-
-constexpr SampleChoice sample_kinds[] = {
-    {"uniform", SampleKind::uniform, 1},
-    {"tent", SampleKind::tent, 1},
-    {"gauss", SampleKind::gauss, 1},
-    {"circle", SampleKind::circle, 1},
-    {"vector", SampleKind::vector, 2},
-    {"sphere", SampleKind::sphere, 3},
-    {"hemisphere-cosine", SampleKind::hemisphere_cosine, 3},
-    {"hemisphere", SampleKind::hemisphere, 3},
-    {"disk", SampleKind::disk, 2},
-};
 
 std::string lower_case(std::string_view text) {
   std::string result(text);
@@ -51,7 +31,28 @@ std::string Condition::to_string() const {
   return fmt::format("\"{}\"", word) + (or_word.empty() ? "" : fmt::format(" or \"{}\"", or_word));
 }
 
+Owners Owners::with(void* address, const std::type_info& type) const {
+  Owners result = *this;
+  result.owners_.emplace_back(address, &type);
+  return result;
+}
+
+void* Owners::find(const std::type_info& type) const {
+  const auto found = std::find_if(owners_.rbegin(), owners_.rend(), [&](const auto& o) { return *o.second == type; });
+  NOISELOOM_CHECK(found != owners_.rend());
+  return found->first;
+}
+
+std::string_view Setting::parent() const {
+  const std::size_t dot = key.rfind('.');
+  return dot == std::string_view::npos ? std::string_view{} : key.substr(0, dot);
+}
+
 std::string Setting::accepted() const {
+  return list ? fmt::format("a list; each element {}", accepted_element()) : accepted_element();
+}
+
+std::string Setting::accepted_element() const {
   const auto with_range = [&](std::string text) {
     const std::string bounds = range.to_string();
     return bounds.empty() ? text : text + ", " + bounds;
@@ -67,75 +68,64 @@ std::string Setting::accepted() const {
       return "a duration greater than 0: \"10s\", \"5m\", \"1h30m\", or a number of seconds";
     case Type::word:
       return "one of " + list_of(words);
+    case Type::text:
+      return "text in quotes";
     case Type::file:
       return "the name of a file";
     case Type::table:
       return "a table";
-    case Type::size:
-      return "a table such as { x = 128, y = 128, t = 32 }";
-    case Type::samples:
-      return "one of " + list_of(words) + "; or { file = \"mine.npy\" }";
-    case Type::groups:
-      return "a list of tables such as { axes = \"xy\", kernel = \"box\", size = 5 }";
-    case Type::axes:
-      return "the names of axes: \"xy\", or [\"time\"] where names are longer than a letter";
+    case Type::tables:
+      return "a list of tables" + (example.empty() ? "" : " such as " + std::string(example));
+    case Type::custom:
+      return custom->accepted(*this);
   }
   return {};
 }
 
-std::vector<const Setting*> below(std::string_view parent) {
+std::vector<const Setting*> FileKind::below(std::string_view parent) const {
   std::vector<const Setting*> rows;
-  for (const Setting& setting : all()) {
-    const std::size_t dot = setting.key.rfind('.');
-    if ((dot == std::string_view::npos ? "" : setting.key.substr(0, dot)) == parent) rows.push_back(&setting);
+  for (const Setting& setting : settings) {
+    if (setting.parent() == parent) rows.push_back(&setting);
   }
   return rows;
 }
 
-const Setting& row(std::string_view key) {
-  const auto found = std::find_if(all().begin(), all().end(), [&](const Setting& s) { return s.key == key; });
-  NOISELOOM_CHECK(found != all().end());
+bool FileKind::has_row(std::string_view key) const {
+  return std::any_of(settings.begin(), settings.end(), [&](const Setting& s) { return s.key == key; });
+}
+
+const Setting& FileKind::row(std::string_view key) const {
+  const auto found = std::find_if(settings.begin(), settings.end(), [&](const Setting& s) { return s.key == key; });
+  NOISELOOM_CHECK(found != settings.end());
   return *found;
 }
 
-SampleSpec samples_from_word(std::string_view word) {
-  const auto found = std::find_if(std::begin(sample_kinds), std::end(sample_kinds),
-                                  [&](const SampleChoice& choice) { return word.starts_with(choice.stem); });
-  NOISELOOM_CHECK(found != std::end(sample_kinds));
-  SampleSpec samples;
-  samples.kind = found->kind;
-  samples.channels = found->kind == SampleKind::vector ? word.back() - '0' : found->channels;
-  return samples;
-}
-
-std::string word_from_samples(const SampleSpec& samples) {
-  const auto found = std::find_if(std::begin(sample_kinds), std::end(sample_kinds),
-                                  [&](const SampleChoice& choice) { return choice.kind == samples.kind; });
-  NOISELOOM_CHECK(found != std::end(sample_kinds));
-  const std::string stem(found->stem);
-  return samples.kind == SampleKind::vector ? stem + std::to_string(samples.channels) : stem;
-}
-
-KernelSpec default_kernel(KernelKind kind) {
-  KernelSpec kernel;
-  kernel.kind = kind;
-  if (kind == KernelKind::gauss_energy) kernel.sigma = 1.9;  // [STBN22], [Ulichney93]
-  return kernel;
-}
-
-std::string_view current_word(const Setting& setting, const Target& target) {
-  return std::visit(
-      [&]<class T>(T* value) -> std::string_view {
-        if constexpr (std::is_enum_v<T>) return setting.words[static_cast<std::size_t>(*value)].word;
-        return {};
-      },
-      setting.field(target));
-}
-
-bool applies(const Setting& setting, const Target& target) {
+bool FileKind::applies(const Setting& setting, const Owners& owners) const {
   if (setting.when.key.empty()) return true;
-  const std::string_view word = current_word(row(setting.when.key), target);
-  return word == setting.when.word || word == setting.when.or_word;
+  const std::string_view word = current_word(row(setting.when.key), owners);
+  return word == setting.when.word || (!setting.when.or_word.empty() && word == setting.when.or_word);
+}
+
+std::string_view current_word(const Setting& setting, const Owners& owners) {
+  const Field field = setting.field(owners);
+  if (const auto* choice = std::get_if<Choice>(&field)) {
+    return choice->index() < setting.words.size() ? setting.words[choice->index()].word : std::string_view{};
+  }
+  return *std::get<std::string*>(field);
+}
+
+bool set_word(const Setting& setting, std::string_view text, const Owners& owners) {
+  const auto word =
+      std::find_if(setting.words.begin(), setting.words.end(), [&](const Word& w) { return w.word == text; });
+  if (word == setting.words.end()) return false;
+  const Field field = setting.field(owners);
+  if (const auto* choice = std::get_if<Choice>(&field)) {
+    choice->set(static_cast<std::size_t>(word - setting.words.begin()));
+  } else {
+    *std::get<std::string*>(field) = text;
+  }
+  if (setting.chosen != nullptr) setting.chosen(owners);
+  return true;
 }
 
 std::string suggestion(std::string_view found, std::span<const Word> words) {

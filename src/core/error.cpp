@@ -43,8 +43,11 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   std::string best;
   std::size_t best_distance = word.size() <= 3 ? 2 : std::max<std::size_t>(word.size() / 3, 2) + 1;
   for (const std::string& candidate : accepted) {
-    const std::size_t distance = edit_distance(word, candidate);
     const bool abbreviates = word.size() >= 2 && candidate.starts_with(word);
+    // Each edit changes the length by at most one, so that words of megabytes need no table.
+    const std::size_t least = std::max(word.size(), candidate.size()) - std::min(word.size(), candidate.size());
+    if (least >= best_distance && !abbreviates) continue;
+    const std::size_t distance = edit_distance(word, candidate);
     if (distance < best_distance || (abbreviates && best.empty())) {
       best = candidate;
       best_distance = std::min(best_distance, distance);

@@ -202,7 +202,10 @@ TEST(ConfigFaults, NameAxesThatDoNotExistOrRepeat) {
        "longer "
        "than a letter"},
       {&ConfigText::size, "size = { x = 7, y = 5, t = 3, channel = 2 }",
-       "run.toml:2: texture.size.channel: not the name of an axis; accepted: letters, digits and _, beginning with a "
+       "run.toml:2: texture.size.channel: this name is reserved: in a run file it labels the last dimension, the "
+       "components of a sample; choose another"},
+      {&ConfigText::size, "size = { x = 7, y = 5, t = 3, \"2nd\" = 2 }",
+       "run.toml:2: texture.size.2nd: not the name of an axis; accepted: letters, digits and _, beginning with a "
        "letter"},
   });
   ConfigText config;
@@ -211,6 +214,60 @@ TEST(ConfigFaults, NameAxesThatDoNotExistOrRepeat) {
   EXPECT_THAT(faults_of(config.text()),
               ElementsAre("run.toml:9: filter.groups[1].axes = \"time\": a string is read letter "
                           "by letter; did you mean [\"time\"]?"));
+}
+
+TEST(ConfigFaults, SuggestHowAxesAreWritten) {
+  const auto fault_of = [](const std::string& axes, const std::string& slice_axis) {
+    ConfigText config;
+    config.size = "size = { x = 7, y = 5, " + slice_axis + " = 3 }";
+    config.second = "{ axes = " + axes + ", kernel = \"ema\", alpha = 1 }";
+    const auto faults = faults_of(config.text());
+    return faults.size() == 1 ? faults.front() : std::to_string(faults.size()) + " faults";
+  };
+  const std::string head = "run.toml:9: filter.groups[1].axes = ";
+  EXPECT_EQ(fault_of("\"time\"", "t"), head +
+                                           "\"time\": no axes \"i\", \"m\", \"e\"; the texture has x, y, t; a name "
+                                           "longer than a letter is written [\"time\"]");
+  EXPECT_EQ(fault_of("\"tmie\"", "time"), head +
+                                              "\"tmie\": no axes \"t\", \"m\", \"i\", \"e\"; the texture has x, y, "
+                                              "time; did you mean [\"time\"]?");
+  EXPECT_EQ(
+      fault_of("\"Time\"", "time"),
+      head + "\"Time\": no axes \"T\", \"i\", \"m\", \"e\"; the texture has x, y, time; did you mean [\"time\"]?");
+  EXPECT_EQ(fault_of("\"T\"", "t"), head + "\"T\": no axis \"T\"; the texture has x, y, t; did you mean \"t\"?");
+  EXPECT_EQ(fault_of("\"t, \"", "t"),
+            head + "\"t, \": no axes \",\", \" \"; the texture has x, y, t; did you mean \"t\"?");
+  EXPECT_EQ(fault_of("[\"t\", 3]", "t"), head +
+                                             "[\"t\", 3]: must be the names of axes: \"xy\", or [\"time\"] where names "
+                                             "are longer than a letter");
+}
+
+TEST(ConfigFaults, SuggestTheTableThatAKeyBelongsTo) {
+  const std::string sound = ConfigText{}.text();
+  const std::string tables = " accepted: texture, filter, energy, optimizer";
+  EXPECT_THAT(faults_of(sound, {"seed=3"}),
+              ElementsAre("--set seed=3: seed: unknown key; did you mean \"texture.seed\"?" + tables));
+  EXPECT_THAT(faults_of(sound, {"sede=3"}),
+              ElementsAre("--set sede=3: sede: unknown key; did you mean \"texture.seed\"?" + tables));
+  EXPECT_THAT(faults_of(sound, {"stop.time=10s"}), ElementsAre(HasSubstr("did you mean \"optimizer.stop\"?")));
+  EXPECT_THAT(faults_of(sound, {"time=10s"}), ElementsAre(HasSubstr("did you mean \"optimizer.stop.time\"?")));
+  EXPECT_THAT(faults_of(sound, {"groups[1].alpha=1"}), ElementsAre(HasSubstr("did you mean \"filter.groups\"?")));
+  EXPECT_THAT(faults_of(sound, {"filter.sigma=1"}),
+              ElementsAre(HasSubstr("filter.sigma: unknown key; did you mean \"filter.groups[0].sigma\"?")));
+  EXPECT_THAT(faults_of(sound, {"filter.grups[1].sigma=1"}),
+              ElementsAre(HasSubstr("filter.grups: unknown key; did you mean \"groups\"?")));
+  ConfigText config;
+  config.seed = "method = \"fast\"";
+  EXPECT_THAT(faults_of(config.text()),
+              ElementsAre("run.toml:4: texture.method: unknown key; did you mean \"optimizer.method\"? accepted: size, "
+                          "samples, seed"));
+}
+
+TEST(ConfigFaults, FollowFromNoWordThatIsKnown) {
+  // The method is in fault; the value kernel is not, so that sigma_s belongs to it.
+  ConfigText config;
+  config.energy = "value_kernel = \"stbn\"\nsigma_s = 0.5";
+  EXPECT_THAT(faults_of(config.text(), {"optimizer.method=annael"}), ElementsAre(HasSubstr("unknown method")));
 }
 
 TEST(ConfigFaults, NameWeightsThatDoNotAddUp) {

@@ -314,24 +314,6 @@ TEST(ConfigDifferences, SeeTheOrderOfSliceAxes) {
       ElementsAre("texture.size: { x = 7, y = 5, t = 3, z = 3 } in the file, { x = 7, y = 5, z = 3, t = 3 } here"));
 }
 
-TEST(ParseDuration, ReadsUnitsFromLargeToSmall) {
-  EXPECT_EQ(parse_duration("10s"), 10.0);
-  EXPECT_EQ(parse_duration("5m"), 300.0);
-  EXPECT_EQ(parse_duration("2h"), 7200.0);
-  EXPECT_EQ(parse_duration("1h30m"), 5400.0);
-  EXPECT_EQ(parse_duration("1.5h"), 5400.0);
-  EXPECT_EQ(parse_duration("1d0h0m0.5s"), 86400.5);
-  EXPECT_EQ(parse_duration("90"), 90.0);
-  EXPECT_EQ(parse_duration("0"), 0.0);
-}
-
-TEST(ParseDuration, RefusesEverythingElse) {
-  for (const char* text : {"", "s", "-1s", "1x", "10 s", " 10s", "1h30", "1m1h", "1s1s", "1e3", "inf", "nan", "0x10",
-                           "1h ", "+1", ".5s", "10ms"}) {
-    EXPECT_EQ(parse_duration(text), std::nullopt) << text;
-  }
-}
-
 TEST(DescribeSettings, NamesEveryKeyThatAConfigCanHold) {
   const std::string text = describe_settings();
   for (const char* key : {"texture.size",

@@ -65,6 +65,8 @@ TEST(Error, NearestWordFindsMisspellingsOnly) {
   EXPECT_EQ(nearest_word("bx", accepted), "box");
   EXPECT_EQ(nearest_word("zebra", accepted), "");
   EXPECT_EQ(nearest_word("sede", {"size", "seed"}), "seed");
+  EXPECT_EQ(nearest_word("size_of_it", {"size_of_it_all"}), "size_of_it_all");
+  EXPECT_EQ(nearest_word(std::string(std::size_t{1} << 26, 'x'), accepted), "");  // no table of 10 GB
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ import unittest
 
 import numpy
 
-from support import ProgramTest, main
+from support import SOURCE, ProgramTest, main
 
 GOOD = """[texture]
 size    = { x = 16, y = 16, t = 3 }
@@ -56,6 +56,15 @@ class BadInput(ProgramTest):
         self.refused(change('"uniform"', '{ file = "absent.npy" }'), "bad.toml:3", "absent.npy")
         self.refused(change("[filter]", "[filter"), "bad.toml:5")
         self.refused(GOOD, "--set", arguments=("--set", "texture.seed=many"))
+
+    def test_configs_that_are_something_else(self):
+        self.refused(".".join(["a"] * 20000) + " = 1\n", "bad.toml:1", "more than 32 parts")
+        self.refused("a = " + "[" * 100000, "bad.toml:1", "more than 32 deep")
+        good = self.write("good.toml", GOOD)
+        self.run_program("generate", good, "-o", "run.h5", "--overwrite")
+        self.assertIn("run.h5: is a run file, must be a config", self.run_program("plan", "run.h5", expect=2).stderr)
+        self.assertIn("is an image (PNG)", self.run_program("plan", SOURCE / "configs/mask.png", expect=2).stderr)
+        self.assertIn("longer than 4 MiB", self.run_program("plan", "/dev/zero", expect=2).stderr)
 
     def test_configs_of_void_and_cluster(self):
         method = ("--set", "optimizer.method=void-and-cluster")

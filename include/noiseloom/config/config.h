@@ -1,32 +1,25 @@
-// Configs: TOML text to values and back. One table (src/config/settings.cpp) describes every setting: key, type,
-// default, range, unit, sentence; the parser, --help, the documented default config and the stored text all come from
-// it.
+// The config of a run: TOML text to values and back. One table (src/config/run_settings_table.cpp) describes every
+// setting: key, type, default, range, unit, sentence; the reader, --help and the stored text all come from it.
 #pragma once
 
-#include <map>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "noiseloom/anneal/spec.h"
+#include "noiseloom/config/file_names.h"
 #include "noiseloom/construct/spec.h"
+#include "noiseloom/core/text.h"
 #include "noiseloom/problem/spec.h"
 
 namespace noiseloom {
 
-// File names in `problem` can be opened as they are: the config's folder is part of them. The effective text keeps the
-// user's spelling, so that a run can be resumed from another folder.
+// File names in `problem` can be opened as they are: the config's folder is part of them.
 struct RunConfig {
   ProblemSpec problem;
   OptimizerSpec optimizer;
-  OrderSpec order;                                   // of void and cluster
-  std::map<std::string, std::string> written_paths;  // file name that can be opened -> as the config spells it
+  OrderSpec order;  // of void and cluster
+  WrittenPaths written_paths;
 };
-
-// What a config that names a file which is not there means: a fault, or nothing yet (a config that was stored in a run
-// file describes samples that are in that file already).
-enum class MissingFiles { refused, accepted };
 
 // Reads a config and applies overrides ("optimizer.stop.iterations=200", "filter.groups[0].size=3"; the value is TOML,
 // a bare word is taken as a string; a stop rule replaces that of the file). Paths inside a config are relative to the
@@ -48,9 +41,6 @@ std::vector<std::string> config_differences(const std::string& stored, const std
 
 // The problem of a config whose method is void-and-cluster.
 VacSpec vac_spec(const RunConfig& config);
-
-// Seconds in "10s", "5m", "2h", "1h30m", "1.5h", "1d" or a plain number of seconds; nothing if `text` is no duration.
-std::optional<double> parse_duration(std::string_view text);
 
 // The reference of all settings for --help and README.
 std::string describe_settings();

@@ -1,9 +1,9 @@
 // TOML as a tree that remembers the order in which keys were written and the line of each value. The rest of the config
-// layer works on it; only config_tree.cpp sees the TOML library.
+// layer works on it; only src/config/tree.cpp sees the TOML library.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -13,7 +13,7 @@
 
 namespace noiseloom::settings {
 
-// Where something was written: a line of the config, or a --set of the command line.
+// Where something was written: a line of the file, or a --set of the command line.
 struct Place {
   std::string file;  // "run.toml" or "--set texture.seed=2"
   int line = 0;      // 0: nowhere in particular
@@ -39,6 +39,7 @@ struct Value {
   const Table* table() const { return std::get_if<Table>(&data); }
   Table* table() { return std::get_if<Table>(&data); }
   const Array* array() const { return std::get_if<Array>(&data); }
+  const std::string* text() const { return std::get_if<std::string>(&data); }
 };
 
 struct Entry {
@@ -50,18 +51,24 @@ struct Entry {
 // Null if there is no such key.
 const Value* find(const Table& table, std::string_view key);
 Value* find(Table& table, std::string_view key);
+// The value that a dotted key leads to from `root`, through tables alone; null if there is none.
+const Value* find_at(const Value& root, std::string_view dotted_key);
 
-// Throws UserError if the text is not TOML. `name` is what stands before the line number in messages.
-Value parse_tree(const std::string& text, const std::string& name);
+// Bounds of what is handed to the TOML library, which works by recursion: a key has at most 32 parts, tables and lists
+// lie at most 32 deep, a text has at most 4 MiB. No file of settings comes near any of them.
+inline constexpr std::size_t max_key_parts = 32;
+inline constexpr std::size_t max_nesting = 32;
+inline constexpr std::size_t max_text_bytes = std::size_t{4} << 20;
 
-// Applies "texture.seed=2" or "filter.groups[0].size=3". An index one past the end appends. What is wrong with the
-// override itself is added to `faults`; what is wrong with the value is found when the tree is read.
-void apply_override(Value& root, const std::string& override_text, std::vector<Fault>& faults);
+// Throws UserError if the text is not TOML or passes the bounds. `name` is what stands before the line number in
+// messages. With quoted_line::yes the message ends with the line that is wrong.
+enum class QuotedLine { no, yes };
+Value parse_tree(const std::string& text, const std::string& name, QuotedLine quoted_line = QuotedLine::yes);
 
 // TOML on one line.
 std::string to_text(const Value& value);
 std::string toml_string(std::string_view text);
-// Shortest text that reads back as the same number, with a point or an exponent.
-std::string number_text(double value);
+// The key as it is written in TOML: in quotes where it must be.
+std::string toml_key(std::string_view key);
 
 }  // namespace noiseloom::settings

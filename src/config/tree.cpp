@@ -1,4 +1,4 @@
-#include "config/config_tree.h"
+#include "noiseloom/config/tree.h"
 
 #include <fmt/format.h>
 
@@ -10,6 +10,10 @@
 
 #include <algorithm>
 #include <sstream>
+#include <utility>
+
+#include "config/tree_limits.h"
+#include "noiseloom/core/text.h"
 
 namespace noiseloom::settings {
 namespace {
@@ -60,17 +64,40 @@ Value converted(const toml::node& node, const std::string& name) {
   return value;
 }
 
+// `; the line is: seed = 1 2`, where it can be shown.
+std::string quoted_line_text(std::string_view text, int line) {
+  for (int i = 1; i < line; ++i) {
+    const std::size_t end = text.find('\n');
+    if (end == std::string_view::npos) return "";
+    text.remove_prefix(end + 1);
+  }
+  text = text.substr(0, text.find('\n'));
+  if (text.ends_with('\r')) text.remove_suffix(1);
+  while (text.starts_with(' ') || text.starts_with('\t')) text.remove_prefix(1);
+  const bool shows = std::all_of(text.begin(), text.end(),
+                                 [](char c) { return static_cast<unsigned char>(c) >= 0x20 ? c != 0x7f : c == '\t'; });
+  return text.empty() || !shows || !is_utf8(text) ? "" : "; the line is: " + shortened(text, 100);
+}
+
 }  // namespace
 
-Value parse_tree(const std::string& text, const std::string& name) {
+Value parse_tree(const std::string& text, const std::string& name, QuotedLine quoted_line) {
+  const auto fail = [&](int line, const std::string& why) {
+    const Place place{.file = name, .line = line};
+    const bool quoted = quoted_line == QuotedLine::yes && why.starts_with("not valid TOML");
+    throw UserError(place.to_string(), why + (quoted ? quoted_line_text(text, line) : ""));
+  };
+  if (text.size() > max_text_bytes) throw UserError(name, fmt::format("longer than {} bytes", max_text_bytes));
+  if (foreign_format(text) == "text in UTF-16") fail(1, "not valid TOML: text in UTF-16, must be UTF-8");
+  if (const auto fault = early_fault(text)) fail(fault->line, fault->text);
   try {
     Value root = converted(toml::parse(text), name);
     root.place = {.file = name};
     return root;
   } catch (const toml::parse_error& error) {
-    const Place place = place_of(error.source(), name);
-    throw UserError(place.to_string(), "not valid TOML: " + std::string(error.description()));
+    fail(static_cast<int>(error.source().begin.line), "not valid TOML: " + shortened(error.description(), 500));
   }
+  return {};  // never reached
 }
 
 const Value* find(const Table& table, std::string_view key) {
@@ -80,6 +107,17 @@ const Value* find(const Table& table, std::string_view key) {
 
 Value* find(Table& table, std::string_view key) {
   return const_cast<Value*>(find(static_cast<const Table&>(table), key));
+}
+
+const Value* find_at(const Value& root, std::string_view dotted_key) {
+  const Value* value = &root;
+  while (value != nullptr && !dotted_key.empty()) {
+    const std::size_t dot = dotted_key.find('.');
+    const Table* table = value->table();
+    value = table == nullptr ? nullptr : find(*table, dotted_key.substr(0, dot));
+    dotted_key = dot == std::string_view::npos ? std::string_view{} : dotted_key.substr(dot + 1);
+  }
+  return value;
 }
 
 std::string toml_string(std::string_view text) {
@@ -97,20 +135,14 @@ std::string toml_string(std::string_view text) {
   return result + '"';
 }
 
-std::string number_text(double value) {
-  std::string text = fmt::format("{}", value);
-  if (text.find_first_of(".en") == std::string::npos) text += ".0";
-  return text;
-}
-
-namespace {
-
-std::string key_text(const std::string& key) {
+std::string toml_key(std::string_view key) {
   const bool bare = !key.empty() && std::all_of(key.begin(), key.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
   });
-  return bare ? key : toml_string(key);
+  return bare ? std::string(key) : toml_string(key);
 }
+
+namespace {
 
 template <class List, class ItemText>
 std::string listed(const char* open, const List& list, const char* close, ItemText&& item_text) {
@@ -129,7 +161,7 @@ struct ToText {
   std::string operator()(const Table& table) const {
     if (table.empty()) return "{}";
     return listed("{ ", table, " }",
-                  [](const Entry& entry) { return key_text(entry.key) + " = " + to_text(entry.value); });
+                  [](const Entry& entry) { return toml_key(entry.key) + " = " + to_text(entry.value); });
   }
 };
 

@@ -1,4 +1,5 @@
-#include "config/settings.h"
+// The table of all settings of a run.
+#include "config/run_settings.h"
 
 namespace noiseloom::settings {
 namespace {
@@ -68,13 +69,6 @@ constexpr Word equalize_table[] = {
     {"slice", "each slice does; costs about 1 % more power at low frequencies", "frame slices"},
 };
 
-constexpr Range at_least(double least, double most = std::numeric_limits<double>::infinity()) {
-  return {.least = least, .most = most};
-}
-constexpr Range above(double least, double most = std::numeric_limits<double>::infinity()) {
-  return {.least = least, .most = most, .above = true};
-}
-
 // Bounds that no texture needs to pass, and within which all arithmetic on taps stays finite.
 constexpr double max_reach = 65536;
 constexpr double min_sigma = 0.001;
@@ -83,41 +77,47 @@ constexpr Condition with_kernel(std::string_view word) { return {"filter.groups[
 constexpr Condition with_method(std::string_view word) { return {"optimizer.method", word}; }
 constexpr Condition with_swaps = {"optimizer.method", "anneal", "fast"};
 
-}  // namespace
+// Kernels have defaults of their own.
+void fit_defaults(const Owners& owners) {
+  KernelSpec& kernel = owners.get<GroupSpec>().kernel;
+  kernel = default_kernel(kernel.kind);
+}
 
 std::span<const Setting> all() {
   static const Setting table[] = {
       {.key = "texture", .type = Type::table, .sentence = "What is made.", .required = true},
       {.key = "texture.size",
-       .type = Type::size,
+       .type = Type::custom,
        .sentence =
            "x and y, then the slice axes by name, in the order written (none for a single image). Any sizes: no "
            "power of two is needed.",
        .range = at_least(1),
        .unit = "pixels, slices",
-       .required = true},
+       .required = true,
+       .custom = &size_type},
       {.key = "texture.samples",
-       .type = Type::samples,
+       .type = Type::custom,
        .sentence =
            "The values that every slice holds, one from each of as many equal strata as it has pixels; or { file, "
            "distance } for your own.",
-       .words = sample_table},
+       .words = sample_table,
+       .custom = &samples_type},
       {.key = "texture.samples.file",
        .type = Type::file,
        .sentence =
            "A .npy of shape [n] or [n, channels] for all slices, or with the number of slices in front; n pixels "
            "in a slice.",
-       .field = [](const Target& t) -> Field { return &t.config->problem.samples.file; },
+       .field = [](RunConfig& c) -> Field { return &c.problem.samples.file; },
        .required = true},
       {.key = "texture.samples.distance",
        .type = Type::word,
        .sentence = "How samples from a file are compared.",
-       .field = [](const Target& t) -> Field { return &t.config->problem.samples.distance; },
+       .field = [](RunConfig& c) -> Field { return &c.problem.samples.distance; },
        .words = distance_table},
       {.key = "texture.seed",
        .type = Type::integer,
        .sentence = "Another seed gives another texture of the same quality; the same seed gives the same bytes.",
-       .field = [](const Target& t) -> Field { return &t.config->problem.seed; },
+       .field = [](RunConfig& c) -> Field { return &c.problem.seed; },
        .range = at_least(0)},
 
       {.key = "filter",
@@ -127,28 +127,33 @@ std::span<const Setting> all() {
       {.key = "filter.combine",
        .type = Type::word,
        .sentence = "How the groups work together.",
-       .field = [](const Target& t) -> Field { return &t.config->problem.filter.combine; },
+       .field = [](RunConfig& c) -> Field { return &c.problem.filter.combine; },
        .words = combine_table},
       {.key = "filter.groups",
-       .type = Type::groups,
+       .type = Type::tables,
        .sentence = "One kernel for each set of axes. Axes in no group are left white.",
-       .required = true},
+       .field = [](RunConfig& c) -> Field { return &c.problem.filter.groups; },
+       .required = true,
+       .example = R"({ axes = "xy", kernel = "box", size = 5 })",
+       .check = check_groups},
       {.key = "filter.groups[].axes",
-       .type = Type::axes,
+       .type = Type::custom,
        .sentence = "The axes of the group: \"xy\", \"t\", or a list such as [\"time\"] where names are longer than a "
                    "letter. With product an axis belongs to one group.",
-       .field = [](const Target& t) -> Field { return &t.group->axes; },
-       .required = true},
+       .field = [](GroupSpec& g) -> Field { return &g.axes; },
+       .required = true,
+       .custom = &axes_type},
       {.key = "filter.groups[].kernel",
        .type = Type::word,
        .sentence = "The filter along these axes.",
-       .field = [](const Target& t) -> Field { return &t.group->kernel.kind; },
+       .field = [](GroupSpec& g) -> Field { return &g.kernel.kind; },
        .words = kernel_table,
-       .required = true},
+       .required = true,
+       .chosen = fit_defaults},
       {.key = "filter.groups[].size",
        .type = Type::integer,
        .sentence = "Taps along each axis.",
-       .field = [](const Target& t) -> Field { return &t.group->kernel.size; },
+       .field = [](GroupSpec& g) -> Field { return &g.kernel.size; },
        .range = at_least(1, max_reach),
        .unit = "pixels",
        .when = with_kernel("box"),
@@ -156,7 +161,7 @@ std::span<const Setting> all() {
       {.key = "filter.groups[].sigma",
        .type = Type::number,
        .sentence = "Standard deviation of the filter; it is cut where 99.5 % of it is covered.",
-       .field = [](const Target& t) -> Field { return &t.group->kernel.sigma; },
+       .field = [](GroupSpec& g) -> Field { return &g.kernel.sigma; },
        .range = at_least(min_sigma, max_reach),
        .unit = "pixels",
        .when = with_kernel("gauss"),
@@ -164,41 +169,41 @@ std::span<const Setting> all() {
       {.key = "filter.groups[].n",
        .type = Type::integer,
        .sentence = "Order; n + 1 taps along each axis.",
-       .field = [](const Target& t) -> Field { return &t.group->kernel.n; },
+       .field = [](GroupSpec& g) -> Field { return &g.kernel.n; },
        .range = at_least(1, 1000),
        .when = with_kernel("binomial"),
        .required = true},
       {.key = "filter.groups[].alpha",
        .type = Type::number,
        .sentence = "Weight of the newest frame.",
-       .field = [](const Target& t) -> Field { return &t.group->kernel.alpha; },
+       .field = [](GroupSpec& g) -> Field { return &g.kernel.alpha; },
        .range = above(0, 1),
        .when = with_kernel("ema"),
        .required = true},
       {.key = "filter.groups[].rejection",
        .type = Type::number,
        .sentence = "Probability that a pixel loses its history in a frame.",
-       .field = [](const Target& t) -> Field { return &t.group->kernel.rejection; },
+       .field = [](GroupSpec& g) -> Field { return &g.kernel.rejection; },
        .range = at_least(0, 1),
        .when = with_kernel("ema")},
       {.key = "filter.groups[].file",
        .type = Type::file,
        .sentence =
            "A .npy of one dimension (the taps of each axis) or of as many as the group has axes, in their order.",
-       .field = [](const Target& t) -> Field { return &t.group->kernel.file; },
+       .field = [](GroupSpec& g) -> Field { return &g.kernel.file; },
        .when = with_kernel("table"),
        .required = true},
       {.key = "filter.groups[].sigma",
        .type = Type::number,
        .sentence = "Width of the energy.",
-       .field = [](const Target& t) -> Field { return &t.group->kernel.sigma; },
+       .field = [](GroupSpec& g) -> Field { return &g.kernel.sigma; },
        .range = at_least(min_sigma, max_reach),
        .unit = "pixels",
        .when = with_kernel("gauss-energy")},
       {.key = "filter.groups[].weight",
        .type = Type::number,
        .sentence = "Share of the group; given for all groups, adding up to 1, or for none (equal shares).",
-       .field = [](const Target& t) -> Field { return &t.group->weight; },
+       .field = [](GroupSpec& g) -> Field { return &g.weight; },
        .range = above(0, 1),
        .when = {"filter.combine", "sum"},
        .zero_is_unset = true},
@@ -207,13 +212,13 @@ std::span<const Setting> all() {
       {.key = "energy.value_kernel",
        .type = Type::word,
        .sentence = "How alike two samples are.",
-       .field = [](const Target& t) -> Field { return &t.config->problem.value_kernel.kind; },
+       .field = [](RunConfig& c) -> Field { return &c.problem.value_kernel.kind; },
        .words = value_kernel_table,
        .when = with_swaps},
       {.key = "energy.sigma_s",
        .type = Type::number,
        .sentence = "Distance at which two samples no longer count as alike.",
-       .field = [](const Target& t) -> Field { return &t.config->problem.value_kernel.sigma_s; },
+       .field = [](RunConfig& c) -> Field { return &c.problem.value_kernel.sigma_s; },
        .range = at_least(min_sigma, max_reach),
        .when = {"energy.value_kernel", "stbn"}},
 
@@ -222,46 +227,47 @@ std::span<const Setting> all() {
        .type = Type::word,
        .sentence = "The algorithm. void-and-cluster needs samples \"uniform\" and gauss-energy kernels, and combine "
                    "\"sum\" where there are several groups.",
-       .field = [](const Target& t) -> Field { return &t.config->optimizer.method; },
+       .field = [](RunConfig& c) -> Field { return &c.optimizer.method; },
        .words = method_table},
       {.key = "optimizer.stop",
        .type = Type::table,
        .sentence = "When to stop: one of the four rules; { iterations = 1000 } if there is none.",
-       .when = with_swaps},
+       .when = with_swaps,
+       .one_of = true},
       {.key = "optimizer.stop.iterations",
        .type = Type::integer,
        .sentence = "After that many; one iteration is one candidate pair for every two samples.",
-       .field = [](const Target& t) -> Field { return &t.config->optimizer.stop.iterations; },
+       .field = [](RunConfig& c) -> Field { return &c.optimizer.stop.iterations; },
        .range = at_least(1, 1e9),
        .zero_is_unset = true},
       {.key = "optimizer.stop.time",
        .type = Type::duration,
        .sentence = "After that long; the schedule is fitted to it, so the result depends on the machine.",
-       .field = [](const Target& t) -> Field { return &t.config->optimizer.stop.time_s; },
+       .field = [](RunConfig& c) -> Field { return &c.optimizer.stop.time_s; },
        .range = above(0),
        .zero_is_unset = true},
       {.key = "optimizer.stop.score",
        .type = Type::number,
        .sentence = "When the relative error R (white noise: 1) is that low.",
-       .field = [](const Target& t) -> Field { return &t.config->optimizer.stop.score; },
+       .field = [](RunConfig& c) -> Field { return &c.optimizer.stop.score; },
        .range = above(0, 1),
        .zero_is_unset = true},
       {.key = "optimizer.stop.improvement",
        .type = Type::number,
        .sentence = "When twice the iterations lower R by less than this fraction.",
-       .field = [](const Target& t) -> Field { return &t.config->optimizer.stop.improvement; },
+       .field = [](RunConfig& c) -> Field { return &c.optimizer.stop.improvement; },
        .range = above(0, 1),
        .zero_is_unset = true},
       {.key = "optimizer.precision",
        .type = Type::word,
        .sentence = "Arithmetic of the energy; the score is always computed in double.",
-       .field = [](const Target& t) -> Field { return &t.config->optimizer.precision; },
+       .field = [](RunConfig& c) -> Field { return &c.optimizer.precision; },
        .words = precision_table,
        .when = with_swaps},
       {.key = "optimizer.cutoff",
        .type = Type::number,
        .sentence = "Taps of the overlap below this fraction of the largest are left out of the energy, never out of R.",
-       .field = [](const Target& t) -> Field { return &t.config->optimizer.cutoff; },
+       .field = [](RunConfig& c) -> Field { return &c.optimizer.cutoff; },
        .range = at_least(0, 0.5),
        .when = with_swaps},
       {.key = "optimizer.background_rank",
@@ -269,64 +275,83 @@ std::span<const Setting> all() {
        .sentence = "Product filters over slices: features that stand for the other slices (four times as many in the "
                    "last quarter, 64 in the last twentieth), so that a deep filter costs no more "
                    "than a shallow one. 0: every tap, exactly, as with precision \"double\".",
-       .field = [](const Target& t) -> Field { return &t.config->optimizer.background_rank; },
+       .field = [](RunConfig& c) -> Field { return &c.optimizer.background_rank; },
        .range = at_least(0, 64),
        .when = with_method("anneal")},
       {.key = "optimizer.temperature",
        .type = Type::table,
        .sentence = "The temperatures of annealing; those left out are found from the problem.",
-       .when = with_method("anneal")},
+       .when = with_method("anneal"),
+       .check = check_temperatures},
       {.key = "optimizer.temperature.start",
        .type = Type::number,
        .sentence = "First temperature, in units of the mean change of energy of a swap.",
-       .field = [](const Target& t) -> Field { return &t.config->optimizer.temperature_start; },
+       .field = [](RunConfig& c) -> Field { return &c.optimizer.temperature_start; },
        .range = above(0),
        .zero_is_unset = true},
       {.key = "optimizer.temperature.end",
        .type = Type::number,
        .sentence = "Last temperature, in the same unit.",
-       .field = [](const Target& t) -> Field { return &t.config->optimizer.temperature_end; },
+       .field = [](RunConfig& c) -> Field { return &c.optimizer.temperature_end; },
        .range = above(0),
        .zero_is_unset = true},
       {.key = "optimizer.fraction",
        .type = Type::number,
        .sentence = "Share of the pairs that may swap at once, at first.",
-       .field = [](const Target& t) -> Field { return &t.config->optimizer.fraction; },
+       .field = [](RunConfig& c) -> Field { return &c.optimizer.fraction; },
        .range = above(0, 1),
        .when = with_method("fast")},
       {.key = "optimizer.grow_fraction",
        .type = Type::boolean,
        .sentence = "Double that share when few swaps are accepted.",
-       .field = [](const Target& t) -> Field { return &t.config->optimizer.grow_fraction; },
+       .field = [](RunConfig& c) -> Field { return &c.optimizer.grow_fraction; },
        .when = with_method("fast")},
       {.key = "optimizer.density",
        .type = Type::number,
        .sentence = "Share of the pixels that the initial pattern turns on.",
-       .field = [](const Target& t) -> Field { return &t.config->order.density; },
+       .field = [](RunConfig& c) -> Field { return &c.order.density; },
        .range = at_least(0, 0.5),
        .when = with_method("void-and-cluster")},
       {.key = "optimizer.bounded",
-       .type = Type::axes,
+       .type = Type::custom,
        .sentence = "Axes that do not wrap around, written as those of a group; all others do.",
-       .field = [](const Target& t) -> Field { return &t.config->order.bounded; },
-       .when = with_method("void-and-cluster")},
+       .field = [](RunConfig& c) -> Field { return &c.order.bounded; },
+       .when = with_method("void-and-cluster"),
+       .custom = &axes_type},
       {.key = "optimizer.bits",
        .type = Type::integer,
        .sentence = "0: samples are (order + 0.5) / pixels. n: they have 2^n levels, (level + 0.5) / 2^n, with equal "
                    "counts.",
-       .field = [](const Target& t) -> Field { return &t.config->order.bits; },
+       .field = [](RunConfig& c) -> Field { return &c.order.bits; },
        .range = at_least(0, 16),
        .when = with_method("void-and-cluster")},
       {.key = "optimizer.equalize",
        .type = Type::word,
        .sentence = "What holds every level equally often.",
-       .field = [](const Target& t) -> Field { return &t.config->order.equalize; },
+       .field = [](RunConfig& c) -> Field { return &c.order.equalize; },
        .words = equalize_table,
        .when = with_method("void-and-cluster")},
   };
   return table;
 }
 
+}  // namespace
+
+const FileKind& run_config_kind() {
+  static const FileKind kind = file_kind<RunConfig>({.noun = "config",
+                                                     .settings = all(),
+                                                     .check = check_method,
+                                                     .override_example = "texture.seed=2 or filter.groups[0].size=3"});
+  return kind;
+}
+
 std::span<const Word> sample_words() { return sample_table; }
+
+KernelSpec default_kernel(KernelKind kind) {
+  KernelSpec kernel;
+  kernel.kind = kind;
+  if (kind == KernelKind::gauss_energy) kernel.sigma = 1.9;  // [STBN22], [Ulichney93]
+  return kernel;
+}
 
 }  // namespace noiseloom::settings

@@ -1,0 +1,30 @@
+// The config of a run as a kind of file (settings.h): its table of settings, and what no row can say by itself.
+#pragma once
+
+#include "noiseloom/config/config.h"
+#include "noiseloom/config/settings.h"
+#include "noiseloom/config/settings_reader.h"
+#include "noiseloom/problem/spec.h"
+
+namespace noiseloom::settings {
+
+const FileKind& run_config_kind();
+
+// Types of a run's config (run_settings_types.cpp).
+extern const CustomType size_type;     // texture.size: the axes by name, in the order written
+extern const CustomType samples_type;  // texture.samples: a word, or a table for the user's own
+extern const CustomType axes_type;     // names of axes of texture.size, into a vector<int> of their numbers
+
+// Checks of the table's rows and of the whole (run_settings_checks.cpp).
+void check_groups(Reader& reader, const Found& groups);
+void check_temperatures(Reader& reader, const Found& temperatures);
+void check_method(Reader& reader, const Value& root, const Owners& owners);
+
+// The words of texture.samples.
+std::span<const Word> sample_words();
+// The defaults of one kernel (gauss-energy has a wider sigma than gauss).
+KernelSpec default_kernel(KernelKind kind);
+// The names that texture.size gives to the axes, also where its sizes are in fault; empty if it has none.
+std::vector<std::string> axis_names(const Value& root);
+
+}  // namespace noiseloom::settings

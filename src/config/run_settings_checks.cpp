@@ -1,0 +1,126 @@
+// What the settings of a run ask of each other.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "config/run_settings.h"
+
+namespace noiseloom::settings {
+namespace {
+
+constexpr double max_sigma = 1000;  // check_vac_spec
+
+// True for a known word that is not `wanted`: one that is not known has been reported already.
+bool is_other_word(const Value* value, const Setting& setting, std::string_view wanted) {
+  const std::string* text = value == nullptr ? nullptr : value->text();
+  return text != nullptr && *text != wanted &&
+         std::any_of(setting.words.begin(), setting.words.end(), [&](const Word& w) { return w.word == *text; });
+}
+
+void check_axes_are_disjoint(Reader& reader, const Found& found) {
+  const Array& groups = *found.value.array();
+  const std::vector<GroupSpec>& specs = found.owners.get<RunConfig>().problem.filter.groups;
+  const std::vector<std::string> names = axis_names(reader.root());
+  std::vector<std::size_t> owner(names.size(), groups.size());
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    for (const int axis : specs[i].axes) {
+      std::size_t& first = owner[static_cast<std::size_t>(axis)];
+      if (first == groups.size()) {
+        first = i;
+        continue;
+      }
+      reader.fault(*find(*groups[i].table(), "axes"), fmt::format("{}[{}].axes", found.shown, i),
+                   fmt::format("axis {} is in {}[{}] already; with combine = \"product\" an axis belongs to one group",
+                               toml_string(names[static_cast<std::size_t>(axis)]), found.shown, first));
+    }
+  }
+}
+
+void check_weights(Reader& reader, const Found& found) {
+  std::vector<GroupSpec>& specs = found.owners.get<RunConfig>().problem.filter.groups;
+  std::size_t num_given = 0;
+  bool sound = true;
+  double sum = 0;
+  for (std::size_t i = 0; i < specs.size(); ++i) {
+    const bool given = find_at((*found.value.array())[i], "weight") != nullptr;
+    if (given) ++num_given;
+    if (given && specs[i].weight == 0) sound = false;
+    sum += specs[i].weight;
+  }
+  if (num_given == 0) {
+    for (GroupSpec& spec : specs) spec.weight = 1.0 / static_cast<double>(specs.size());
+  } else if (num_given < specs.size()) {
+    reader.fault(found.value.place, fmt::format("{}: {} of {} groups have a weight; all must, or none (equal shares)",
+                                                found.shown, num_given, specs.size()));
+  } else if (sound && std::abs(sum - 1) > 1e-6) {
+    reader.fault(found.value.place, fmt::format("{}: weights add up to {:.7g}; must add up to 1", found.shown, sum));
+  }
+}
+
+// Void and cluster makes one order, of scalars, with the energy of Gaussians of equal weight.
+constexpr std::string_view with = "with method = \"void-and-cluster\" ";
+
+void check_order_combine(Reader& reader, const Value& root) {
+  const Value* groups = find_at(root, "filter.groups");
+  const Value* combine = find_at(root, "filter.combine");
+  if (groups->array()->size() < 2) return;
+  const std::string sum = fmt::format("{}several groups need combine = \"sum\"", with);
+  if (combine == nullptr) {
+    reader.fault(groups->place, "filter.combine: missing; " + sum);
+  } else if (is_other_word(combine, reader.kind().row("filter.combine"), "sum")) {
+    reader.fault(*combine, "filter.combine", sum);
+  }
+}
+
+void check_order_group(Reader& reader, const Value& value, const GroupSpec& group, double share,
+                       const std::string& shown) {
+  const Value* kernel = find_at(value, "kernel");
+  if (is_other_word(kernel, reader.kind().row("filter.groups[].kernel"), "gauss-energy")) {
+    reader.fault(*kernel, shown + "kernel", fmt::format("{}it must be \"gauss-energy\"", with));
+  }
+  const Value* sigma = find_at(value, "sigma");
+  if (sigma != nullptr && group.kernel.kind == KernelKind::gauss_energy && group.kernel.sigma > max_sigma) {
+    reader.fault(*sigma, shown + "sigma", fmt::format("{}must be at most {}", with, max_sigma));
+  }
+  const Value* weight = find_at(value, "weight");
+  if (weight != nullptr && group.weight > 0 && std::abs(group.weight - share) > 1e-6) {
+    reader.fault(*weight, shown + "weight", fmt::format("{}all groups weigh the same: leave the weights out", with));
+  }
+}
+
+}  // namespace
+
+void check_groups(Reader& reader, const Found& found) {
+  if (!reader.decided("filter.combine")) return;
+  const bool product = found.owners.get<RunConfig>().problem.filter.combine == Combine::product;
+  product ? check_axes_are_disjoint(reader, found) : check_weights(reader, found);
+}
+
+void check_temperatures(Reader& reader, const Found& found) {
+  const OptimizerSpec& optimizer = found.owners.get<RunConfig>().optimizer;
+  if (optimizer.temperature_start > 0 && optimizer.temperature_end > optimizer.temperature_start) {
+    reader.fault(found.value, found.shown, "end must not be above start");
+  }
+}
+
+void check_method(Reader& reader, const Value& root, const Owners& owners) {
+  const RunConfig& config = owners.get<RunConfig>();
+  if (config.optimizer.method != Method::void_and_cluster) return;
+  const Value* samples = find_at(root, "texture.samples");
+  if (samples != nullptr &&
+      (samples->table() != nullptr || is_other_word(samples, reader.kind().row("texture.samples"), "uniform"))) {
+    reader.fault(*samples, "texture.samples",
+                 fmt::format("{}they must be \"uniform\": the order of the pixels makes the values", with));
+  }
+  const Value* groups = find_at(root, "filter.groups");
+  if (groups == nullptr || groups->array() == nullptr || groups->array()->empty()) return;
+  check_order_combine(reader, root);
+  const double share = 1.0 / static_cast<double>(groups->array()->size());
+  for (std::size_t i = 0; i < groups->array()->size(); ++i) {
+    check_order_group(reader, (*groups->array())[i], config.problem.filter.groups[i], share,
+                      fmt::format("filter.groups[{}].", i));
+  }
+}
+
+}  // namespace noiseloom::settings
