@@ -7,11 +7,18 @@
 #include <algorithm>
 #include <array>
 #include <climits>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <new>
 #include <string>
+#include <system_error>
+#include <vector>
 
+#include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
+#include "noiseloom/core/standard_streams.h"
+#include "noiseloom/files/run_file.h"
 #include "noiseloom_commands.h"
 
 namespace noiseloom {
@@ -52,16 +59,20 @@ bool has_room_for_study() {
   constexpr rlim_t least = 500'000'000;
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= least) return true;
-  fmt::print(stderr,
-             "out of memory: this shell allows a process {} MB of address space (ulimit -v), and the image libraries "
-             "alone take about 400; accepted: {} MB and more\n",
-             limit.rlim_cur / 1'000'000, least / 1'000'000);
+  print_error(
+      fmt::format("out of memory: this shell allows a process {} MB of address space (ulimit -v), and the image "
+                  "libraries alone take about 400; accepted: {} MB and more\n",
+                  limit.rlim_cur / 1'000'000, least / 1'000'000));
   return false;
+}
+
+bool is_one_of(const std::string& word, const std::vector<std::string>& words) {
+  return std::find(words.begin(), words.end(), word) != words.end();
 }
 
 // Replaces this process by noiseloom-study, installed beside this program.
 int run_study(char** argv) {
-  if (!has_room_for_study()) return 1;
+  if (!has_room_for_study()) return exit_environment;
   std::array<char, PATH_MAX> self{};
   const ssize_t length = readlink("/proc/self/exe", self.data(), self.size() - 1);
   if (length > 0) {
@@ -69,52 +80,96 @@ int run_study(char** argv) {
     execv(beside.c_str(), argv);
   }
   execvp("noiseloom-study", argv);
-  fmt::print(stderr, "noiseloom-study: {}; it belongs beside noiseloom\n", std::strerror(errno));
+  print_error(fmt::format("noiseloom-study: {}; it belongs beside noiseloom\n", std::strerror(errno)));
   return exit_environment;
+}
+
+// A file in the place of a command: the command that is most likely meant.
+std::string command_for_file(const std::string& word) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(word, error)) return "";
+  if (word.ends_with(".toml")) return fmt::format("noiseloom generate {} -o RUN.h5", word);
+  return fmt::format("noiseloom {} {}", looks_like_run_file(word) ? "info" : "score", word);
 }
 
 int unknown_command(const std::string& word) {
   std::vector<std::string> known = study_commands();
-  known.insert(known.end(), {"generate", "plan", "info"});
+  known.insert(known.end(), {"generate", "plan", "info", "help", "version", "--help", "--help-config", "--version"});
   const std::string near = nearest_word(word, known);
-  fmt::print(stderr, "noiseloom: \"{}\": unknown command{}; see noiseloom --help\n", word,
-             near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near));
+  const std::string for_file = command_for_file(word);
+  std::string meant = near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near);
+  if (!for_file.empty()) meant = fmt::format(", but a file; did you mean {}?", for_file);
+  print_error(fmt::format("noiseloom: \"{}\": unknown command{}; see noiseloom --help\n", word, meant));
   return exit_user;
+}
+
+// The commands whose result is what they print: it must arrive whole, or the exit status says that it did not.
+int print_result(const std::string& command, int argc, char** argv) {
+  if (command.empty()) {
+    print_error(usage);
+    return exit_user;
+  }
+  int status = exit_done;
+  if (is_one_of(command, {"--help", "-h", "help"})) {
+    fmt::print("{}", usage);
+  } else if (is_one_of(command, {"--version", "-V", "version"})) {
+    fmt::print("noiseloom {}\n", NOISELOOM_VERSION);
+  } else if (is_one_of(command, {"plan", "--help-config"})) {
+    status = run_plan(argc, argv);
+  } else if (command == "info") {
+    status = run_info(argc, argv);
+  } else {
+    status = unknown_command(command);
+  }
+  flush_standard_output();
+  return status;
+}
+
+// The same, with what the printing library throws in the words of flush_standard_output.
+int run_printing(const std::string& command, int argc, char** argv) {
+  try {
+    return print_result(command, argc, argv);
+  } catch (const std::system_error& error) {
+    if (std::ferror(stdout) == 0) throw;
+    throw EnvironmentError("standard output: cannot be written: " + error.code().message());
+  }
+}
+
+int run(int argc, char** argv) {
+  std::string command = argc > 1 ? argv[1] : "";
+  std::array<char, 7> help_option = {"--help"};
+  std::array<char*, 4> help_words = {argv[0], argc > 2 ? argv[2] : nullptr, help_option.data(), nullptr};
+  if (command == "help" && argc > 2) {  // "help plan" is "plan --help"
+    argc = 3;
+    argv = help_words.data();
+    command = argv[1];
+  }
+  if (command == "generate") return run_generate(argc, argv);
+  if (is_one_of(command, study_commands())) return run_study(argv);
+  return run_printing(command, argc, argv);
 }
 
 }  // namespace
 
 void print_faults(const std::string& faults) {
   const auto count = 1 + std::count(faults.begin(), faults.end(), '\n');
-  fmt::print(stderr, "{}\n{} {}; nothing was started\n", faults, count, count == 1 ? "error" : "errors");
+  print_error(fmt::format("{}\n{} {}; nothing was started\n", faults, count, count == 1 ? "error" : "errors"));
 }
 
 }  // namespace noiseloom
 
 int main(int argc, char** argv) {
   using namespace noiseloom;
-  const std::string command = argc > 1 ? argv[1] : "";
+  reserve_standard_streams();
   try {
-    if (command.empty() || command == "--help" || command == "-h" || command == "help") {
-      fmt::print("{}", usage);
-      return command.empty() ? exit_user : exit_done;
-    }
-    if (command == "--version") {
-      fmt::print("noiseloom {}\n", NOISELOOM_VERSION);
-      return exit_done;
-    }
-    if (command == "--help-config") return run_plan(argc, argv);
-    if (command == "generate") return run_generate(argc, argv);
-    if (command == "plan") return run_plan(argc, argv);
-    if (command == "info") return run_info(argc, argv);
-    const auto& study = study_commands();
-    if (std::find(study.begin(), study.end(), command) != study.end()) return run_study(argv);
-    return unknown_command(command);
+    return run(argc, argv);
   } catch (const UserError& error) {
     print_faults(error.what());
     return exit_user;
+  } catch (const std::bad_alloc&) {
+    print_error("noiseloom: out of memory\n");
   } catch (const std::exception& error) {
-    fmt::print(stderr, "noiseloom {}: {}\n", command, error.what());
-    return exit_environment;
+    print_error(fmt::format("noiseloom {}: {}\n", argc > 1 ? argv[1] : "", error.what()));
   }
+  return exit_environment;
 }

@@ -3,12 +3,17 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <optional>
 
+#include "noiseloom/config/stored_config.h"
+#include "noiseloom/core/console.h"
+#include "noiseloom/core/json.h"
+#include "noiseloom/files/generations.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom/run/order_checkpoint.h"
 #include "noiseloom_commands.h"
-#include "noiseloom_progress.h"
+#include "noiseloom_options.h"
 
 namespace noiseloom {
 namespace {
@@ -25,7 +30,15 @@ std::string text_of(const Attribute& value) {
 }
 
 std::string json_of(const Attribute& value) {
+  if (const auto* number = std::get_if<double>(&value)) return json_number(*number);
   return std::holds_alternative<std::string>(value) ? json_string(std::get<std::string>(value)) : text_of(value);
+}
+
+// null where there is no number: the first row of a run has no acceptance yet.
+std::string json_list(const std::vector<double>& values) {
+  std::string list;
+  for (const double value : values) list += (list.empty() ? "" : ", ") + json_number(value);
+  return "[" + list + "]";
 }
 
 std::string json_object(const std::map<std::string, Attribute>& attributes) {
@@ -44,7 +57,7 @@ void print_json(const RunFileContent& content) {
   }
   std::string history;
   for (const auto& [column, values] : content.history) {
-    history += fmt::format("{}{}: [{}]", history.empty() ? "" : ", ", json_string(column), fmt::join(values, ", "));
+    history += fmt::format("{}{}: {}", history.empty() ? "" : ", ", json_string(column), json_list(values));
   }
   std::string checksums;
   for (const auto& [dataset, digest] : content.checksums) {
@@ -69,14 +82,24 @@ void print_history(const EngineState& state) {
   }
 }
 
-void print_progress(const EngineState& state) {
+// " of 600" where the run ends after so many iterations.
+std::string iterations_in_all(const StopSpec& stop) {
+  return stop.iterations > 0 ? fmt::format(" of {}", stop.iterations) : "";
+}
+
+// What else a run that is not finished goes on to.
+std::string goal_of_score(const StopSpec& stop) { return stop.score > 0 ? fmt::format(" of {:g}", stop.score) : ""; }
+
+void print_progress(const EngineState& state, const StopSpec& stop) {
+  const double iterations = state.history.empty() ? 0 : state.history.back().iterations;
+  const double error = state.history.empty() ? 1 : state.history.back().relative_error;
   if (state.finished.empty()) {
-    fmt::print("not finished: stopped in sweep {}; go on with generate --resume\n", state.sweep + 1);
+    fmt::print("not finished: iteration {}{}, R {:.5f}{} (white noise 1); go on with generate --resume\n", iterations,
+               iterations_in_all(stop), error, goal_of_score(stop));
   } else {
-    const double iterations = state.history.empty() ? 0 : state.history.back().iterations;
     fmt::print("finished after {} iterations by stop.{}\n", iterations, state.finished);
+    fmt::print("R {:.5f} (white noise 1)\n", error);
   }
-  if (!state.history.empty()) fmt::print("R {:.5f} (white noise 1)\n", state.history.back().relative_error);
 }
 
 void print_progress(const OrderState& state, std::int64_t num_pixels) {
@@ -110,7 +133,10 @@ void print_text(const std::string& path, const RunFileContent& content) {
     fmt::print("{}{}", axis == 0 ? " (" : ", ", content.extents.name(axis));
   fmt::print(")\n");
   if (order) print_progress(*order, content.extents.num_cells());
-  if (engine) print_progress(*engine);
+  if (engine) print_progress(*engine, stored_config(content, path).optimizer.stop);
+  if (const std::string previous = previous_generation(path); std::filesystem::exists(previous)) {
+    fmt::print("  {}: the generation before it\n", previous);
+  }
   for (const auto& dataset : content.datasets) {
     fmt::print("  {:20} {}  checksum {}\n", dataset.name,
                dataset.type == ElementType::float32  ? "float32"
@@ -134,13 +160,15 @@ int run_info(int argc, char** argv) {
   bool json = false;
   app.add_option("RUN", path, "run file")->required();
   app.add_flag("--json", json, "everything, the whole history too, as one JSON object");
-  try {
-    app.parse(argc - 1, argv + 1);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() != 0) throw UserError("command line", error.what());
-    return app.exit(error);
+  if (const auto status = read_options(app, argc - 1, argv + 1)) return *status;
+  if (only_previous_generation(path)) {
+    throw UserError(path,
+                    fmt::format("is missing, but {0}, the generation before it, is there (noiseloom info {0}); go "
+                                "on from it with generate --resume",
+                                previous_generation(path)));
   }
-  const RunFileReader reader(path);
+  const RunFileReader reader(path, Changed::accepted);
+  if (!reader.change().empty()) print_error(fmt::format("WARNING: {}: {}\n", path, reader.change()));
   if (json) {
     print_json(reader.content());
   } else {

@@ -7,12 +7,13 @@
 
 #include "noiseloom/anneal/engine_choices.h"
 #include "noiseloom/config/config.h"
+#include "noiseloom/core/quantity_text.h"
 #include "noiseloom/dist/communicator.h"
 #include "noiseloom/dist/halo_plan.h"
 #include "noiseloom/samples/sample_space.h"
 #include "noiseloom_commands.h"
+#include "noiseloom_options.h"
 #include "noiseloom_plan.h"
-#include "noiseloom_progress.h"
 
 namespace noiseloom {
 namespace {
@@ -218,12 +219,7 @@ int run_plan(int argc, char** argv) {
   app.add_option("--ranks", ranks, "MPI ranks to plan for (default 1)");
   app.add_option("--threads", threads, "threads of each rank (default 1)");
   app.add_option("--set", overrides, "override a setting, as for generate")->allow_extra_args(false);
-  try {
-    app.parse(argc - 1, argv + 1);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() != 0) throw UserError("command line", error.what());
-    return app.exit(error);
-  }
+  if (const auto status = read_options(app, argc - 1, argv + 1)) return *status;
   if (threads < 1) throw UserError("command line", fmt::format("--threads {}: must be at least 1", threads));
   if (ranks < 1) throw UserError("command line", fmt::format("--ranks {}: must be at least 1", ranks));
   const RunConfig config = load_config(path, overrides);

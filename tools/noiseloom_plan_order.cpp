@@ -7,10 +7,10 @@
 #include <ctime>
 #include <limits>
 
+#include "noiseloom/core/quantity_text.h"
 #include "noiseloom/run/order_checkpoint.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_plan.h"
-#include "noiseloom_progress.h"
 
 namespace noiseloom {
 namespace {

@@ -4,12 +4,14 @@
 #include <array>
 #include <cstdlib>
 #include <exception>
+#include <new>
 #include <numeric>
 #include <optional>
 #include <utility>
 
 #include "dist/mpi_impl.h"
 #include "noiseloom/core/error.h"
+#include "noiseloom/dist/launcher.h"
 
 namespace noiseloom {
 namespace {
@@ -63,15 +65,11 @@ std::string packed_failure(const std::exception_ptr& failure) {
     std::rethrow_exception(failure);
   } catch (const UserError& error) {
     return std::string("u") + error.what();
+  } catch (const std::bad_alloc&) {
+    return "eout of memory";
   } catch (const std::exception& error) {
     return std::string("e") + error.what();
   }
-}
-
-// mpirun, or srun by either version of PMI.
-bool has_launcher() {
-  const auto is_set = [](const char* name) { return std::getenv(name) != nullptr; };
-  return is_set("OMPI_COMM_WORLD_SIZE") || is_set("PMIX_RANK") || is_set("PMI_RANK") || is_set("PMI_SIZE");
 }
 
 }  // namespace

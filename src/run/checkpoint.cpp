@@ -37,13 +37,6 @@ constexpr auto visit_row = [](auto&& row, const auto& visit) {
   visit("seconds", row.seconds);
 };
 
-std::vector<SliceDataset> datasets_for(const SampleSource& source) {
-  std::vector<SliceDataset> datasets = {{samples_name, ElementType::float32, source.channels(), true},
-                                        {permutation_name, ElementType::uint32, 1, false}};
-  if (source.has_pdf()) datasets.push_back({pdf_name, ElementType::float32, 1, false});
-  return datasets;
-}
-
 std::vector<float> densities(const SampleSource& source, const std::vector<float>& samples) {
   const auto channels = static_cast<std::size_t>(source.channels());
   std::vector<float> pdf(samples.size() / channels);
@@ -69,17 +62,28 @@ std::string inputs_digest(const RunConfig& config) {
   return to_hex(digest.value());
 }
 
+std::vector<SliceDataset> run_datasets(const SampleSource& source) {
+  std::vector<SliceDataset> datasets = {{samples_name, ElementType::float32, source.channels(), true},
+                                        {permutation_name, ElementType::uint32, 1, false}};
+  if (source.has_pdf()) datasets.push_back({pdf_name, ElementType::float32, 1, false});
+  return datasets;
+}
+
 std::string save_run(FileOps& ops, const std::string& path, const RunConfig& config, const SampleSource& source,
                      Engine& engine, const Communicator& communicator, const std::string& inputs,
                      const std::map<std::string, Attribute>& provenance) {
   RunFileContent content = content_of(config, engine.state(), visit_state, visit_row, inputs, provenance);
-  content.datasets = datasets_for(source);
-  const auto produce = [&](SliceIndex slice, std::vector<std::byte>& block) {
+  content.datasets = run_datasets(source);
+  const auto produce = [&](std::size_t dataset, SliceIndex slice, std::vector<std::byte>& block) {
     block.clear();
-    const std::vector<float> samples = engine.samples(slice);
-    append(block, samples);
-    append(block, engine.permutation(slice));
-    if (source.has_pdf()) append(block, densities(source, samples));
+    const std::string& name = content.datasets[dataset].name;
+    if (name == permutation_name) {
+      append(block, engine.permutation(slice));
+    } else if (name == pdf_name) {
+      append(block, densities(source, engine.samples(slice)));
+    } else {
+      append(block, engine.samples(slice));
+    }
   };
   return publish_run(ops, path, content, engine.partition(), communicator, produce);
 }

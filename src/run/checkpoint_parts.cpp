@@ -5,18 +5,16 @@
 namespace noiseloom {
 
 std::string publish_run(FileOps& ops, const std::string& path, const RunFileContent& content,
-                        const Partition& partition, const Communicator& communicator,
-                        const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce) {
+                        const Partition& partition, const Communicator& communicator, const ProduceSlice& produce) {
   std::unique_ptr<RunFileWriter> writer;
   communicator.on_root([&] { writer = std::make_unique<RunFileWriter>(ops, path, content); });
-  const auto consume = [&](SliceIndex slice, std::span<const std::byte> block) {
-    for (std::size_t k = 0; k < content.datasets.size(); ++k) {
-      const std::size_t size = bytes_per_slice(content.datasets[k], content.extents);
-      writer->write_slice(static_cast<int>(k), slice, block.first(size));
-      block = block.subspan(size);
-    }
-  };
-  communicator.stream_to_root(partition, produce, consume);
+  for (std::size_t dataset = 0; dataset < content.datasets.size(); ++dataset) {
+    communicator.stream_to_root(
+        partition, [&](SliceIndex slice, std::vector<std::byte>& block) { produce(dataset, slice, block); },
+        [&](SliceIndex slice, std::span<const std::byte> block) {
+          writer->write_slice(static_cast<int>(dataset), slice, block);
+        });
+  }
   std::string checksum;
   communicator.on_root([&] {
     checksum = writer->checksum(0);

@@ -107,11 +107,13 @@ void broadcast_state(State& state, const VisitState& visit_state, const Communic
   });
 }
 
-// Publishes at `path`. `produce` gives, of an own slice, the bytes of all datasets one after another. Returns the
-// combined checksum of the first dataset on rank 0. *Collective*
+// Fills `block` with the bytes of an own slice of content.datasets[dataset].
+using ProduceSlice = std::function<void(std::size_t dataset, SliceIndex slice, std::vector<std::byte>& block)>;
+
+// Publishes at `path`, one dataset after the other, so that no rank holds more than one of a slice's at once: a slice
+// may be the whole texture. Returns the combined checksum of the first dataset on rank 0. *Collective*
 std::string publish_run(FileOps& ops, const std::string& path, const RunFileContent& content,
-                        const Partition& partition, const Communicator& communicator,
-                        const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce);
+                        const Partition& partition, const Communicator& communicator, const ProduceSlice& produce);
 
 template <class T>
 void append(std::vector<std::byte>& block, const std::vector<T>& values) {

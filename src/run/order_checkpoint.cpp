@@ -144,6 +144,11 @@ OrderState order_state(const RunFileContent& content) {
   return state;
 }
 
+std::vector<SliceDataset> order_run_datasets(bool wide) {
+  return {{samples_name, ElementType::float32, 1, true},
+          {order_name, wide ? ElementType::uint64 : ElementType::uint32, 1, false}};
+}
+
 std::string save_order_run(FileOps& ops, const std::string& path, const RunConfig& config, const VoidAndCluster& run,
                            const std::vector<OrderRow>& history, const Communicator& communicator,
                            const std::string& inputs, const std::map<std::string, Attribute>& provenance) {
@@ -155,13 +160,13 @@ std::string save_order_run(FileOps& ops, const std::string& path, const RunConfi
                          .finished = run.done() ? "order" : "",
                          .history = history};
   RunFileContent content = content_of(config, state, visit_state, visit_row, inputs, provenance);
-  content.datasets = {{samples_name, ElementType::float32, 1, true},
-                      {order_name, run.wide() ? ElementType::uint64 : ElementType::uint32, 1, false}};
-  const auto produce = [&](SliceIndex slice, std::vector<std::byte>& block) {
+  content.datasets = order_run_datasets(run.wide());
+  const auto produce = [&](std::size_t dataset, SliceIndex slice, std::vector<std::byte>& block) {
+    block = run.order(slice);
+    if (dataset != 0) return;
+    const auto samples = samples_of_order(block, run.wide(), content.extents.num_cells(), config.order);
     block.clear();
-    const std::vector<std::byte> order = run.order(slice);
-    append(block, samples_of_order(order, run.wide(), content.extents.num_cells(), config.order));
-    append(block, order);
+    append(block, samples);
   };
   return publish_run(ops, path, content, run.partition(), communicator, produce);
 }

@@ -26,6 +26,10 @@ stop = { iterations = 3 }
 """
 
 
+# What begins like a run file may be replaced by one.
+PRECIOUS = b"noiseloom run file\nprecious"
+
+
 def digest(path):
     return hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()
 
@@ -35,13 +39,13 @@ class BadInput(ProgramTest):
         """generate with this config refuses, naming all that is expected; an earlier output stays as it was."""
         config = self.write("bad.toml", text)
         output = self.folder / "out.h5"
-        output.write_bytes(b"precious")
+        output.write_bytes(PRECIOUS)
         done = self.run_program("generate", config, "-o", output, "--overwrite", *arguments, expect=status)
         for words in expected:
             self.assertIn(words, done.stderr)
         if status == 2:
             self.assertIn("nothing was started", done.stderr)
-        self.assertEqual(output.read_bytes(), b"precious")
+        self.assertEqual(output.read_bytes(), PRECIOUS)
         self.assertEqual(sorted(p.name for p in self.folder.iterdir() if p.name.startswith("out.h5")), ["out.h5"])
 
     def test_configs(self):
@@ -96,7 +100,11 @@ class BadInput(ProgramTest):
         done = self.run_program("generate", "nowhere.toml", "-o", "x.h5", expect=2)
         self.assertIn("nowhere.toml", done.stderr)
         self.assertIn("--frobnicate", self.run_program("generate", "a.toml", "-o", "x.h5", "--frobnicate", expect=2).stderr)
-        self.assertIn('"generate"', self.run_program("genrate", expect=2).stderr)
+        for word, meant in (("genrate", '"generate"'), ("verison", '"version"'), ("--versoin", '"--version"'), ("--hepl", '"--help"')):
+            self.assertIn(meant, self.run_program(word, expect=2).stderr)
+        for command, word, meant in ((("generate", "a.toml", "-o", "x.h5"), "--thread", "--threads"), (("generate", "a.toml"), "--ouptut", "--output"),
+                                     (("plan", "a.toml"), "--rank", "--ranks"), (("info", "a.h5"), "--jsn", "--json")):
+            self.assertIn(f"{word}: unknown option; did you mean {meant}?", self.run_program(*command, word, "2", expect=2).stderr)
         config = self.write("good.toml", GOOD)
         for option in (("--time-limit", "soon"), ("--threads", "-1"), ("--threads", "100000"), ("--threads", "two"), ("--progress", "loud"), ("--resume", "--overwrite")):
             done = self.run_program("generate", config, "-o", "x.h5", *option, expect=2)
@@ -201,10 +209,24 @@ class BadInput(ProgramTest):
     def test_output_that_is_no_run_file(self):
         config = self.write("good.toml", GOOD)
         (self.folder / "folder.h5").mkdir()
-        for name, text in (("folder.h5", "not a file"), ("good.toml", "not a run file"), ("", "empty")):
+        shutil.copy(config, self.folder / "config.h5")
+        for name, text in (("folder.h5", "not a file"), ("config.h5", "not a run file"), ("", "empty"), ("good.toml", ".h5 or .hdf5"),
+                           ("a.png", ".h5 or .hdf5"), ("-", ".h5 or .hdf5"), ("run", ".h5 or .hdf5")):
             done = self.run_program("generate", config, "-o", name, "--overwrite", expect=2)
             self.assertIn(text, done.stderr)
+            self.assertFalse((self.folder / name).is_file() and name not in ("good.toml", "config.h5"), name)
         self.assertEqual(config.read_text(), GOOD)
+        self.assertEqual((self.folder / "config.h5").read_text(), GOOD)
+        self.run_program("generate", config, "-o", "RUN.HDF5")
+        # The config's faults and the output's are listed together.
+        done = self.run_program("generate", self.write("bad.toml", GOOD.replace("t = 3", "t = 0")), "-o", "a.png", expect=2)
+        self.assertIn("2 errors", done.stderr)
+
+    def test_a_file_in_the_wrong_place(self):
+        config = self.write("good.toml", GOOD)
+        self.run_program("generate", config, "-o", "run.h5")
+        self.assertIn("noiseloom generate good.toml -o RUN.h5", self.run_program("good.toml", expect=2).stderr)
+        self.assertIn("noiseloom info run.h5", self.run_program("run.h5", expect=2).stderr)
 
     def test_a_rank_that_fails_alone_ends_the_run(self):
         config = self.write("good.toml", GOOD.replace("x = 16, y = 16", "x = 1024, y = 1024"))

@@ -30,12 +30,14 @@ class Terminal(ProgramTest):
         for word in ("generate", "plan", "info", "export", "score", "analyze", "--resume", "75"):
             self.assertIn(word, text)
         text = self.run_program("generate", "--help").stdout
-        for word in ("--set", "--resume", "--overwrite", "--time-limit", "--checkpoint-every", "--threads", "--progress"):
+        for word in ("--set", "--resume", "--overwrite", "--time-limit", "--checkpoint-every", "--threads", "--progress", "--quiet", "HUP"):
             self.assertIn(word, text)
         text = self.run_program("--help-config").stdout
         for word in ("texture.size", "hemisphere-cosine", "rejection", "optimizer.stop"):
             self.assertIn(word, text)
-        self.assertRegex(self.run_program("--version").stdout, r"^noiseloom \d+\.\d+\.\d+\n$")
+        for words in ("--version", "-V", "version"):
+            self.assertRegex(self.run_program(words).stdout, r"^noiseloom \d+\.\d+\.\d+\n$")
+        self.assertEqual(self.run_program("help", "info").stdout, self.run_program("info", "--help").stdout)
         for command in ("plan", "info", "export", "score", "analyze"):
             self.assertIn(command, self.run_program(command, "--help").stdout)
 
@@ -69,7 +71,17 @@ class Terminal(ProgramTest):
     def test_no_bar_without_a_terminal_and_silence_on_request(self):
         self.assertNotIn("\r", self.generate("--progress", "auto").stderr)
         done = self.generate("--progress", "none")
+        self.assertIn(self.samples_checksum("run.h5"), done.stdout)
+        self.assertEqual(done.stderr, "")
+        done = self.generate("--quiet")
         self.assertEqual((done.stdout, done.stderr), ("", ""))
+        done = self.generate("--progress", "none", "--time-limit", "0.001s", expect=75)
+        self.assertIn("stopped by --time-limit at iteration", done.stderr)
+        done = self.generate("--quiet", "--time-limit", "0.001s", expect=75)
+        self.assertEqual((done.stdout, done.stderr), ("", ""))
+
+    def test_the_start_says_what_takes_its_time(self):
+        self.assertRegex(self.generate("--progress", "plain").stderr, r"start: .*score.*\nstarted in [\d.]+ s at iteration 0, R \d")
 
     def test_says_which_ranks_idle_and_that_nothing_is_sent(self):
         self.assertIn("3 of 9 ranks have no slice", self.generate(ranks=9).stderr)
@@ -99,6 +111,15 @@ class Terminal(ProgramTest):
         self.assertEqual(info["state"]["finished"], "time")
         self.assertGreaterEqual(info["history"]["seconds"][-1], 1)
         self.assertLess(info["history"]["seconds"][-1], 20)
+
+    def test_info_of_a_run_that_is_not_finished(self):
+        self.generate("--progress", "none", "--time-limit", "0.001s", expect=75)
+        text = self.run_program("info", "run.h5").stdout
+        self.assertRegex(text, r"not finished: iteration \d+ of 64, R \d\.\d+ \(white noise 1\); go on with generate --resume")
+        (self.folder / "run.h5.prev").write_bytes((self.folder / "run.h5").read_bytes())
+        self.assertIn("run.h5.prev: the generation before it", self.run_program("info", "run.h5").stdout)
+        self.generate("--quiet", "--set", "optimizer.stop={score=0.001}", "--time-limit", "0.001s", expect=75)
+        self.assertRegex(self.run_program("info", "run.h5").stdout, r"not finished: iteration \d+, R \d\.\d+ of 0\.001 ")
 
     def test_text_info(self):
         self.generate("--progress", "none")

@@ -15,6 +15,9 @@ namespace noiseloom {
 // names none. Throws EnvironmentError.
 std::string inputs_digest(const RunConfig& config);
 
+// What save_run writes.
+std::vector<SliceDataset> run_datasets(const SampleSource& source);
+
 // Publishes the present state at `path`; rank 0 writes, slices stream to it. `inputs`: the inputs_digest. Returns the
 // combined checksum of /samples on rank 0. On failure every rank throws EnvironmentError and earlier generations are
 // untouched. *Collective*

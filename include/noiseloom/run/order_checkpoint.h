@@ -44,6 +44,9 @@ void add_order_rows(const VacProgress& before, const VacProgress& after, std::in
 // Its /state and /history. Throws UserError if they cannot be those of such a run.
 OrderState order_state(const RunFileContent& content);
 
+// What save_order_run writes; `wide`: ranks of 64 bits.
+std::vector<SliceDataset> order_run_datasets(bool wide);
+
 // Publishes the present state at `path`, like save_run. *Collective*
 std::string save_order_run(FileOps& ops, const std::string& path, const RunConfig& config, const VoidAndCluster& run,
                            const std::vector<OrderRow>& history, const Communicator& communicator,

@@ -8,8 +8,10 @@
 #include <optional>
 
 #include "noiseloom/construct/order_samples.h"
+#include "noiseloom/core/quantity_text.h"
+#include "noiseloom/run/job.h"
 #include "noiseloom/run/order_checkpoint.h"
-#include "noiseloom_job.h"
+#include "run/memory_words.h"
 
 namespace noiseloom {
 namespace {
@@ -29,7 +31,8 @@ class OrderJob : public Job {
 
   void prepare(const Communicator& communicator, ThreadPool& pool) override {
     communicator_ = &communicator;
-    communicator.together([&] { run_.emplace(spec_, communicator, pool); });
+    communicator.together(
+        [&] { naming_shortage("taking up kernel and energies", [&] { run_.emplace(spec_, communicator, pool); }); });
   }
   void start(double run_s) override {
     run_->start();
@@ -43,6 +46,11 @@ class OrderJob : public Job {
   std::string save(const SaveTarget& target) override {
     return save_order_run(posix_file_ops(), target.path, config_, *run_, history_, *communicator_, target.inputs,
                           target.provenance);
+  }
+
+  std::vector<SliceDataset> datasets() const override { return order_run_datasets(run_->wide()); }
+  std::string start_words() const override {
+    return "drawing the first points and computing the energies of all pixels";
   }
 
   std::string title() const override {

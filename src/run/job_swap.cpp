@@ -6,8 +6,10 @@
 #include <optional>
 
 #include "noiseloom/anneal/engine.h"
+#include "noiseloom/core/quantity_text.h"
 #include "noiseloom/run/checkpoint.h"
-#include "noiseloom_job.h"
+#include "noiseloom/run/job.h"
+#include "run/memory_words.h"
 
 namespace noiseloom {
 namespace {
@@ -21,7 +23,10 @@ class SwapJob : public Job {
 
   void prepare(const Communicator& communicator, ThreadPool& pool) override {
     communicator_ = &communicator;
-    communicator.together([&] { engine_.emplace(config_.problem, config_.optimizer, source_, communicator, pool); });
+    communicator.together([&] {
+      naming_shortage("taking up filter, features and texture",
+                      [&] { engine_.emplace(config_.problem, config_.optimizer, source_, communicator, pool); });
+    });
   }
   void start(double) override { engine_->start(); }
   void restore(const RunFileReader* saved) override {
@@ -32,6 +37,11 @@ class SwapJob : public Job {
   std::string save(const SaveTarget& target) override {
     return save_run(posix_file_ops(), target.path, config_, source_, *engine_, *communicator_, target.inputs,
                     target.provenance);
+  }
+
+  std::vector<SliceDataset> datasets() const override { return run_datasets(source_); }
+  std::string start_words() const override {
+    return "placing the samples, then two scores: the mean distance of all samples, and R of the start";
   }
 
   std::string title() const override {

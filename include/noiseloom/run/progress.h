@@ -1,23 +1,24 @@
 // What a person (or a program) sees while a run goes on. Rank 0 only.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <functional>
 #include <string>
 
 namespace noiseloom {
 
-enum class ProgressKind { bar, plain, json, none };
+enum class ProgressKind {
+  bar,     // one line that is drawn again and again
+  plain,   // a line every few seconds
+  json,    // an object a line, at least one for every row of the history
+  none,    // the conclusion and warnings
+  quiet,   // warnings
+  silent,  // nothing at all: for every rank but 0
+};
 
 // "auto": a bar where standard error is a terminal and no launcher stands between (isatty lies under mpirun), else
 // plain lines. Throws UserError for another word than auto, plain, json, none.
 ProgressKind progress_kind(const std::string& word);
-
-std::string json_string(const std::string& text);  // quoted and escaped
-std::string duration_text(double seconds);         // "7.2 s", "3 min 5 s", "2 h 14 min"
-std::string bytes_text(double bytes);              // "3.5 MiB"
-// "1.20 M picks/s", "3.4 k picks/s"
-std::string rate_text(double per_second, const char* what);
 
 // Seconds left by the pace of this part of a run.
 class Pace {
@@ -39,23 +40,36 @@ struct ProgressFigures {
 
 class Progress {
  public:
-  explicit Progress(ProgressKind kind) : kind_(kind) {}
+  // Writes to `descriptor`, standard error where none is given.
+  explicit Progress(ProgressKind kind, int descriptor = 2) : kind_(kind), descriptor_(descriptor) {}
   // Shows the figures where it is time to. `num_rows`: of the history, each of which json shows; `part_s`: since this
   // part of the run began.
   void update(std::size_t num_rows, double part_s, const std::function<ProgressFigures()>& figures);
   // A line that interrupts the bar.
   void say(const std::string& line);
-  // The same, but said whatever the kind: what a user must not miss.
+  // How the run ended: said where no progress is shown, too.
+  void conclude(const std::string& line);
+  // What a user must not miss: said even when quiet.
   void warn(const std::string& line);
+  // Closes the bar's line.
   void end();
 
+  // True once a write has found that nobody reads any more (a closed pipe). What cannot be written for another reason,
+  // such as a full disk, is lost without harm.
+  bool reader_is_gone() const { return reader_is_gone_; }
+
  private:
+  bool shows_progress() const;
   void print_bar(const ProgressFigures& figures);
+  void print(const std::string& text);
+  void print_line(const std::string& line);
 
   ProgressKind kind_;
+  int descriptor_;
   double last_shown_s_ = -1;
   std::size_t rows_shown_ = 0;
   bool bar_open_ = false;
+  bool reader_is_gone_ = false;
 };
 
 }  // namespace noiseloom

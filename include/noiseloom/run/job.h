@@ -1,4 +1,4 @@
-// One run as generate drives it, whatever its method: steps between safe points, saving and going on, and what it says.
+// One run as the loop drives it, whatever its method: steps between safe points, saving and going on, and what it says.
 #pragma once
 
 #include <map>
@@ -11,7 +11,7 @@
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/dist/communicator.h"
 #include "noiseloom/files/run_file.h"
-#include "noiseloom_progress.h"
+#include "noiseloom/run/progress.h"
 
 namespace noiseloom {
 
@@ -33,12 +33,18 @@ class Job {
   // Goes on to the next safe point, half a second away at most where the method can. Rank 0's clock. *Collective*
   virtual void step(double run_s) = 0;
   virtual bool finished() const = 0;
-  virtual std::string save(const SaveTarget& target) = 0;  // the checksum of /samples, on rank 0. *Collective*
+  // Publishes the present state; the checksum of /samples, on rank 0. Throws SharedEnvironmentError. *Collective*
+  virtual std::string save(const SaveTarget& target) = 0;
 
-  virtual std::string title() const = 0;     // "7x5x3 of uniform, anneal"
-  virtual bool is_coupled() const = 0;       // do slices depend on each other?
-  virtual std::string position() const = 0;  // "iteration 40, R 0.12345"
-  virtual std::size_t num_rows() const = 0;  // of the history
+  // The same where the run is stopped before its end: also brings up to date what the file says of it. *Collective*
+  virtual std::string save_at_stop(const SaveTarget& target) { return save(target); }
+  virtual std::vector<SliceDataset> datasets() const = 0;  // of the run file
+
+  virtual std::string title() const = 0;        // "7x5x3 of uniform, anneal"
+  virtual std::string start_words() const = 0;  // what start() does, as it may take a while
+  virtual bool is_coupled() const = 0;          // do slices depend on each other?
+  virtual std::string position() const = 0;     // "iteration 40, R 0.12345"
+  virtual std::size_t num_rows() const = 0;     // of the history
   virtual ProgressFigures figures(double run_s, double part_s) = 0;
   // Lines of the closing summary, label and text. *Collective*
   virtual std::vector<std::pair<std::string, std::string>> summary(double run_s) = 0;

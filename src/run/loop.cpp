@@ -1,0 +1,118 @@
+#include "noiseloom/run/loop.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <thread>
+
+#include "noiseloom/core/quantity_text.h"
+#include "noiseloom/run/stop_signals.h"
+
+namespace noiseloom {
+namespace {
+
+// What the ranks tell each other at every safe point.
+constexpr std::uint32_t signal_bit = 1;
+constexpr std::uint32_t limit_bit = 2;
+constexpr std::uint32_t reader_bit = 4;
+constexpr std::uint32_t checkpoint_bit = 8;
+
+constexpr double first_retry_s = 30;
+// Before the further tries of the last save. Short, as whoever asked for the stop may kill soon.
+constexpr std::array<double, 2> last_waits_s = {1, 4};
+
+}  // namespace
+
+Surroundings real_surroundings() {
+  const auto begun = std::chrono::steady_clock::now();
+  return {[begun] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); },
+          noted_stop_signal,
+          [](double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }};
+}
+
+RunLoop::RunLoop(Job& job, const LoopSettings& settings, double earlier_s, const Surroundings& surroundings,
+                 const SaveRun& save, const Communicator& communicator, Progress& progress)
+    : job_(job),
+      settings_(settings),
+      earlier_s_(earlier_s),
+      surroundings_(surroundings),
+      save_(save),
+      communicator_(communicator),
+      progress_(progress),
+      next_save_s_(surroundings.part_s() + settings.checkpoint_every_s),
+      retry_s_(first_retry_s) {}
+
+std::uint32_t RunLoop::bits_due() const {
+  std::uint32_t bits = surroundings_.stop_signal() != 0 ? signal_bit : 0;
+  if (!communicator_.is_root()) return bits;
+  const double now = surroundings_.part_s();
+  // Not before the first step: a limit shorter than the start-up would otherwise be resumed for ever.
+  if (settings_.time_limit_s > 0 && has_moved_ && now >= settings_.time_limit_s) bits |= limit_bit;
+  if (progress_.reader_is_gone()) bits |= reader_bit;
+  if (now >= next_save_s_) bits |= checkpoint_bit;
+  return bits;
+}
+
+std::string RunLoop::stop_cause(std::uint32_t bits) const {
+  const int number = surroundings_.stop_signal();
+  if ((bits & signal_bit) != 0) return number != 0 ? signal_name(number) : "a signal to another rank";
+  if ((bits & limit_bit) != 0) return "--time-limit";
+  return "a log that nobody reads any more";
+}
+
+LoopResult RunLoop::run() {
+  while (!job_.finished()) {
+    const std::uint32_t bits = communicator_.any_bits(bits_due());
+    if ((bits & (signal_bit | limit_bit | reader_bit)) != 0)
+      return {false, stop_cause(bits), save_at_last(SaveMoment::stop)};
+    if ((bits & checkpoint_bit) != 0) checkpoint();
+    job_.step(run_s());
+    has_moved_ = true;
+    progress_.update(job_.num_rows(), surroundings_.part_s(),
+                     [&] { return job_.figures(run_s(), surroundings_.part_s()); });
+  }
+  return {true, "", save_at_last(SaveMoment::end)};
+}
+
+void RunLoop::checkpoint() {
+  const std::string position = job_.position();
+  try {
+    save_(SaveMoment::checkpoint);
+  } catch (const SharedEnvironmentError& error) {
+    const double wait_s = std::min(retry_s_, settings_.checkpoint_every_s);
+    progress_.warn(
+        fmt::format("not saved at {}: {}; {}; going on, and trying again in {}", position, error.what(),
+                    saved_position_.empty() ? "nothing of this part is saved yet" : "still saved: " + saved_position_,
+                    duration_text(wait_s)));
+    next_save_s_ = surroundings_.part_s() + wait_s;
+    retry_s_ *= 2;
+    return;
+  }
+  saved_position_ = position;
+  next_save_s_ = surroundings_.part_s() + settings_.checkpoint_every_s;
+  retry_s_ = first_retry_s;
+  progress_.say("saved at " + position);
+}
+
+std::string RunLoop::save_at_last(SaveMoment moment) {
+  for (const double wait_s : last_waits_s) {
+    try {
+      return save_(moment);
+    } catch (const SharedEnvironmentError& error) {
+      progress_.warn(fmt::format("not saved: {}; trying again in {}", error.what(), duration_text(wait_s)));
+    }
+    surroundings_.wait_s(wait_s);
+  }
+  try {
+    return save_(moment);
+  } catch (const SharedEnvironmentError& error) {
+    throw SharedEnvironmentError(fmt::format("{}\n{} is not saved; {}", error.what(), job_.position(),
+                                             saved_position_.empty()
+                                                 ? "what was saved before this part of the run is as it was"
+                                                 : "what was saved last is whole: " + saved_position_));
+  }
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,85 @@
+"""The job script, with stand-ins for Slurm's commands: what it does at each exit status of the launcher."""
+
+import os
+import signal
+import subprocess
+import time
+
+from support import SOURCE, ProgramTest, main
+
+# The k-th call takes its status from the k-th word of STATUSES (the last one from then on); "signal" waits for USR1 and
+# ends with 75. "save:9" touches the output first.
+SRUN = """#!/usr/bin/env bash
+echo "$SRUN_CPUS_PER_TASK $*" >> calls
+read -ra statuses <<< "$STATUSES"
+k=$(($(wc -l < calls) - 1))
+[ "$k" -lt "${#statuses[@]}" ] || k=$((${#statuses[@]} - 1))
+word=${statuses[$k]}
+if [ "$word" = signal ]; then
+  trap 'exit 75' USR1
+  touch waiting
+  while :; do sleep 0.05; done
+fi
+case $word in save:*) sleep 0.05; touch out.h5 ;; esac
+exit "${word#save:}"
+"""
+SCONTROL = '#!/usr/bin/env bash\necho "$*" >> requeued\n'
+
+
+class Slurm(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        for name, text in (("srun", SRUN), ("mpirun", SRUN), ("scontrol", SCONTROL)):
+            self.write(name, text).chmod(0o755)
+
+    def start(self, statuses, **environment):
+        for name in ("calls", "requeued", "out.h5", "waiting"):
+            (self.folder / name).unlink(missing_ok=True)
+        environment = {**os.environ, "PATH": f"{self.folder}:{os.environ['PATH']}", "CONFIG": "a.toml", "OUTPUT": "out.h5",
+                       "SLURM_JOB_ID": "17", "SLURM_CPUS_PER_TASK": "8", "STATUSES": statuses, "RETRY_WAITS": "0 0 0", **environment}
+        return subprocess.Popen(["bash", SOURCE / "slurm" / "generate.sbatch"], cwd=self.folder, env=environment,
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+    def lines(self, name):
+        path = self.folder / name
+        return path.read_text().splitlines() if path.exists() else []
+
+    def job(self, statuses, **environment):
+        """Exit status, number of steps, whether the job was queued again."""
+        process = self.start(statuses, **environment)
+        output = process.communicate(timeout=60)[0]
+        requeued = self.lines("requeued")
+        self.assertIn(requeued, ([], ["requeue 17"]), output)
+        return process.returncode, len(self.lines("calls")), bool(requeued)
+
+    def test_what_follows_each_status(self):
+        self.assertEqual(self.job("0"), (0, 1, False))
+        self.assertEqual(self.job("75"), (0, 1, True))
+        self.assertEqual(self.job("2"), (2, 1, False))
+
+    def test_processors_of_a_rank_reach_the_step(self):
+        self.job("0")
+        self.assertRegex(self.lines("calls")[0], r"^8 --mpi=pmix .*noiseloom generate a.toml -o out.h5 --resume --threads 8 ")
+        self.job("0", LAUNCHER="mpirun")
+        self.assertRegex(self.lines("calls")[0], r"^8 --map-by slot:PE=8 noiseloom generate ")
+
+    def test_a_step_that_fails_at_once_is_tried_again_and_not_for_ever(self):
+        self.assertEqual(self.job("1 1 0"), (0, 3, False))
+        self.assertEqual(self.job("1"), (1, 4, False))
+
+    def test_a_killed_rank_is_no_end_as_long_as_something_is_saved(self):
+        self.assertEqual(self.job("137"), (0, 1, True))
+        self.assertEqual(self.job("137", SLURM_RESTART_COUNT="3"), (137, 1, False))
+        self.assertEqual(self.job("save:137", SLURM_RESTART_COUNT="30"), (0, 1, True))
+
+    def test_the_warning_of_the_time_limit_is_passed_on(self):
+        process = self.start("signal")
+        while not (self.folder / "waiting").exists():
+            time.sleep(0.02)
+        process.send_signal(signal.SIGUSR1)
+        output = process.communicate(timeout=60)[0]
+        self.assertEqual((process.returncode, self.lines("requeued")), (0, ["requeue 17"]), output)
+
+
+if __name__ == "__main__":
+    main()

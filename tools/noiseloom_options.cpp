@@ -1,0 +1,58 @@
+#include "noiseloom_options.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "noiseloom/core/error.h"
+
+namespace noiseloom {
+namespace {
+
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+// Faults for options that the command does not have. A word without a dash may be the value of one: it is named only
+// where there is no such option to blame.
+std::vector<Fault> unexpected_words(const CLI::App& app) {
+  std::vector<Fault> options;
+  std::vector<Fault> words;
+  for (const std::string& word : app.remaining(true)) {
+    if (word.size() < 2 || word.front() != '-') {
+      words.push_back({"command line", fmt::format("\"{}\" is one word too many", word)});
+      continue;
+    }
+    const std::string name = word.substr(0, word.find('='));
+    const std::string near = nearest_word(name, option_names(app));
+    options.push_back({"command line", fmt::format("{}: unknown option{}", name,
+                                                   near.empty() ? "" : fmt::format("; did you mean {}?", near))});
+  }
+  return options.empty() ? words : options;
+}
+
+}  // namespace
+
+std::optional<int> read_options(CLI::App& app, int argc, char** argv, bool prints) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {
+      if (prints) app.exit(error);
+      return 0;
+    }
+    std::vector<Fault> faults = unexpected_words(app);
+    if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr) faults.push_back({"command line", error.what()});
+    if (faults.empty()) faults.push_back({"command line", error.what()});
+    faults.back().text += fmt::format("; see {} --help", app.get_name());
+    throw UserError(std::move(faults));
+  }
+  return std::nullopt;
+}
+
+}  // namespace noiseloom
