@@ -220,7 +220,8 @@ std::vector<Sequence> sequences_from_first(const std::string& path) {
     Members members;
     for (const fs::path& file : all) {
       const auto number = number_between(file.filename().string(), split.prefix, split.suffix);
-      if (number && *number > split.number) members[*number].push_back(file.string());
+      if (number && *number > split.number)
+        members[*number].push_back((first.parent_path() / file.filename()).string());
     }
     if (members.empty()) continue;
     Sequence sequence{(first.parent_path() / (split.prefix + "{}" + split.suffix)).string(), {path}, ""};
