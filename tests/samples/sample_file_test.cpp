@@ -212,7 +212,7 @@ TEST_F(SampleFileTest, NamesDenormalsByPosition) {
 
 TEST_F(SampleFileTest, RefusesScalarsWhoseSumsDoNotFit) {
   EXPECT_THAT(fault({3}, {0, 2e37F, 1}, 3, 1), AllOf(HasSubstr("sample 1 = "), HasSubstr("must lie within 1e18")));
-  EXPECT_THAT(fault({2, 2}, {0, 1, -1.5e18F, 1}, 2, 2), HasSubstr("slice 1, sample 0 = "));
+  EXPECT_THAT(fault({2, 3}, {0, 1, 2, -1.5e18F, 1, 2}, 3, 2), HasSubstr("slice 1, sample 0 = "));
 }
 
 TEST_F(SampleFileTest, RefusesPointsWhoseSquaredDistancesDoNotFit) {
