@@ -8,6 +8,7 @@
 
 #include "noiseloom/config/config.h"
 #include "noiseloom/image/texture_file.h"
+#include "noiseloom/report/report.h"
 
 namespace noiseloom {
 
@@ -32,5 +33,8 @@ void add_texture_arguments(CLI::App& command, TextureArguments& arguments);
 std::optional<RunConfig> config_of(const TextureArguments& arguments, const std::string& file);
 TextureFile load_argument(const TextureArguments& arguments, const std::string& file);
 int threads_of(const TextureArguments& arguments);
+
+// What a page says it was made by: the version, today's date, and the command line as a shell takes it.
+ReportOrigin report_origin();
 
 }  // namespace noiseloom

@@ -32,7 +32,7 @@ void run_analyze(const Arguments& arguments) {
   const TextureFile file = load_argument(arguments.texture, files.front());
   ThreadPool pool(threads_of(arguments.texture));
   OutputFiles output(posix_file_ops(), arguments.overwrite);
-  const SpectralQuality quality = analyze_texture(files.front(), file, arguments.folder, output, pool);
+  const SpectralQuality quality = analyze_texture(files.front(), file, arguments.folder, output, pool, report_origin());
   output.commit();
   fmt::print("{}", quality_text(quality));
   if (file.config && file.source != "run file")

@@ -83,7 +83,7 @@ std::optional<RunConfig> config_of(const TextureArguments& arguments, const std:
   if (!arguments.config.empty()) return load_config(arguments.config, arguments.overrides);
   if (arguments.overrides.empty()) return std::nullopt;
   if (!looks_like_run_file(file)) return config_from_set(arguments, file);
-  const RunFileReader reader(file);
+  const RunFileReader reader(file, Changed::accepted);
   return stored_config(reader.content(), file, arguments.overrides);
 }
 

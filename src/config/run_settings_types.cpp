@@ -6,6 +6,7 @@
 #include <iterator>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "config/run_settings.h"
 #include "noiseloom/config/settings_writer.h"
@@ -83,9 +84,10 @@ void read_size(Reader& reader, const Found& found) {
       sizes.push_back(size);
     }
   }
-  for (const char* axis : {"x", "y"}) {
-    if (find(*table, axis) == nullptr)
-      reader.fault(found.value.place, fmt::format("{}.{}: missing", found.shown, axis));
+  for (const auto& [axis, capital] : {std::pair("x", "X"), std::pair("y", "Y")}) {
+    if (find(*table, axis) != nullptr) continue;
+    const std::string hint = find(*table, capital) != nullptr ? fmt::format("; did you mean it by {}?", capital) : "";
+    reader.fault(found.value.place, fmt::format("{}.{}: missing{}", found.shown, axis, hint));
   }
   if (std::find(sizes.begin(), sizes.end(), 0) != sizes.end()) return;
   if (const std::string why = count_fault(sizes); !why.empty()) return reader.fault(found.value, found.shown, why);

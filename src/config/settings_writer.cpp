@@ -12,7 +12,7 @@ namespace {
 bool is_section(const Setting& setting) { return setting.type == Type::table || setting.type == Type::tables; }
 
 // Durations have no exponent: very short and very long ones are written as numbers of seconds.
-std::string duration_text(double seconds) {
+std::string stored_duration(double seconds) {
   const std::string digits = fmt::format("{}", seconds);
   return digits.find('e') == std::string::npos ? toml_string(digits + 's') : digits;
 }
@@ -109,7 +109,7 @@ std::string Writer::scalar_text(const Setting& setting, const Field& field) cons
     if constexpr (std::is_same_v<T, bool>) return value ? "true" : "false";
     if constexpr (std::is_integral_v<T>) return std::to_string(value);
     if constexpr (std::is_same_v<T, double>) {
-      return setting.type == Type::duration ? duration_text(value) : number_text(value);
+      return setting.type == Type::duration ? stored_duration(value) : number_text(value);
     }
     return "";
   };

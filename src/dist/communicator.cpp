@@ -278,7 +278,9 @@ void Communicator::stream_from_root(std::span<const SliceIndex> wanted,
   std::vector<bool> told(static_cast<std::size_t>(size()));  // that there is no more
   std::optional<SliceIndex> produced;
   bool complete = true;
-  for (const auto& [slice, to] : requests) {
+  for (const auto& request : requests) {
+    const SliceIndex slice = request.first;
+    const int to = request.second;
     if (complete && produced != slice) {
       std::exception_ptr own;
       guarded(own, [&] { produce(slice, block); });

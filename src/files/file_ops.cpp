@@ -12,6 +12,7 @@
 #include <mutex>
 #include <system_error>
 
+#include "files/system_call.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/extents.h"
 
@@ -24,14 +25,6 @@ constexpr std::size_t largest_transfer = std::size_t{1} << 30;  // Linux moves l
   std::string text = path + ": cannot " + doing + ": " + std::system_category().message(error);
   if (error == EFBIG) text += " (a limit of the file system, or of the shell: ulimit -f)";
   throw EnvironmentError(text);
-}
-
-// The result of a system call, repeated as long as a signal interrupts it.
-template <class Call>
-auto uninterrupted(Call call) {
-  auto result = call();
-  while (result < 0 && errno == EINTR) result = call();
-  return result;
 }
 
 // Names of one and the same file.

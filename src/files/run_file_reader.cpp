@@ -221,9 +221,9 @@ RunFileReader::RunFileReader(const std::string& path, Changed changed, FileOps& 
                            "another program has changed it since (h5repack, h5py or the like): it can be scored "
                            "and exported, but not resumed; take an earlier copy of it, or make it again");
     }
-    impl_->change = path +
-                    ": another program has changed it since it was written, so that its digests do not apply; the "
-                    "samples are those that /checksum describes, but config, history and state may be anything";
+    impl_->change =
+        "another program has changed it since it was written, so that its digests do not apply; the samples are those "
+        "that /checksum describes, but config, history and state may be anything";
     return;
   }
   std::vector<std::string> names;

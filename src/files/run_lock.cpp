@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "files/lock_record.h"
+#include "files/system_call.h"
 #include "noiseloom/files/digest.h"
 #include "noiseloom/files/file_ops.h"
 
@@ -47,13 +48,6 @@ class Descriptor {
  private:
   int fd_ = -1;
 };
-
-template <class Call>
-auto uninterrupted(Call call) {
-  auto result = call();
-  while (result < 0 && errno == EINTR) result = call();
-  return result;
-}
 
 Descriptor open_or_none(const std::string& path, int flags) {
   return Descriptor(uninterrupted([&] { return ::open(path.c_str(), flags | O_CLOEXEC, 0666); }));

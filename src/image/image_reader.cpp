@@ -1,6 +1,5 @@
 #include "noiseloom/image/image_reader.h"
 
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 #include <utility>
 
 #include "image/image_claim.h"
+#include "image/image_library.h"
 
 namespace noiseloom {
 namespace {
@@ -44,22 +44,6 @@ constexpr std::int64_t most_pixels_per_byte = 1100;
 constexpr std::int64_t pixels_of_any_file = std::int64_t{1} << 20;
 constexpr std::int64_t most_bytes_per_pixel = 64;  // of what is decoded
 constexpr std::int64_t megabyte = std::int64_t{1} << 20;
-
-OIIO::TypeDesc oiio_type(PixelType type) {
-  switch (type) {
-    case PixelType::uint8:
-      return OIIO::TypeDesc::UINT8;
-    case PixelType::uint16:
-      return OIIO::TypeDesc::UINT16;
-    case PixelType::float32:
-      return OIIO::TypeDesc::FLOAT;
-  }
-  return OIIO::TypeDesc::FLOAT;
-}
-
-std::string words_of(const std::string& library_error) {
-  return library_error.empty() ? "the image library gave no reason; it may be cut short or damaged" : library_error;
-}
 
 // Claim and size of the file, checked against each other.
 struct Checked {

@@ -129,13 +129,14 @@ std::vector<std::uint64_t> ranks_of(const PixelOrder& order, const Extents& exte
 
 TextureFile run_file(const Request& request) {
   const std::string& path = request.path;
-  const RunFileReader reader(path);
+  const RunFileReader reader(path, Changed::accepted);
   const RunFileContent& content = reader.content();
   const int samples = reader.dataset("/samples");
   if (samples < 0) throw UserError(path, "holds no /samples");
   require_finished_order(content, path);
   TextureFile file;
   file.source = "run file";
+  if (!reader.change().empty()) file.notes.push_back(reader.change());
   file.config = stored_config(content, path);
   if (request.config) file.config = with_filter_of(*file.config, *request.config, path);
   file.history = content.history;

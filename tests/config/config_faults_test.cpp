@@ -151,6 +151,8 @@ TEST(ConfigFaults, NameMissingKeys) {
                                          "run.toml: filter: missing; a config needs the table [filter]"));
   expect_messages({
       {&ConfigText::size, "size = { x = 7, t = 3 }", "run.toml:2: texture.size.y: missing"},
+      {&ConfigText::size, "size = { x = 7, Y = 5, t = 3 }",
+       "run.toml:2: texture.size.y: missing; did you mean it by Y?"},
       {&ConfigText::first, "{ axes = \"xy\", kernel = \"box\" }",
        "run.toml:8: filter.groups[0].size: missing; must be an integer, from 1 to 65536"},
       {&ConfigText::second, "{ axes = \"t\" }",

@@ -60,5 +60,39 @@ TEST(HaloExchange, DeliversNeededSlicesOnceWithTheirSwaps) {
   }
 }
 
+// A rank that gives an exchange up while its messages, too long to be buffered, are still on their way: they arrive as
+// they were sent, and the memory that they are sent from is not used for anything else.
+TEST(HaloExchange, MessagesOfAnUnwoundExchangeStayWhole) {
+  const Communicator world = Communicator::world();
+  const Extents extents({3, 3, 11});
+  const std::vector<Extents::SliceCoord> offsets{{-1}, {1}};
+  const Partition partition(11, world.size());
+  const HaloPlan plan(extents, offsets, partition, world.rank());
+  const SliceIndex moving = partition.end(0) - 1;
+  std::vector<Swap> swaps(std::size_t{1} << 20);
+  for (std::uint32_t k = 0; k < swaps.size(); ++k) swaps[k] = {k, k * 7919};
+  if (world.is_root()) {
+    {
+      HaloExchange given_up(world, plan, partition);
+      given_up.begin(std::vector<SliceIndex>{moving}, std::vector<SliceSwaps>{{moving, swaps}});
+    }
+    const std::vector<std::uint64_t> others(swaps.size() + 1, ~std::uint64_t{0});  // takes memory that was given back
+    world.barrier();
+    EXPECT_EQ(others.back(), ~std::uint64_t{0});
+    return;
+  }
+  HaloExchange exchange(world, plan, partition);
+  exchange.begin(std::vector<SliceIndex>{moving}, {});
+  const bool needed = exchange.pending(moving);
+  bool heard = false;
+  exchange.wait([&](SliceIndex slice, std::span<const Swap> found) {
+    EXPECT_EQ(slice, moving);
+    EXPECT_TRUE(std::equal(found.begin(), found.end(), swaps.begin(), swaps.end()));
+    heard = true;
+  });
+  EXPECT_EQ(heard, needed);
+  world.barrier();
+}
+
 }  // namespace
 }  // namespace noiseloom

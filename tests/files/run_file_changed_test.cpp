@@ -13,7 +13,6 @@
 namespace noiseloom {
 namespace {
 
-using testing::AllOf;
 using testing::HasSubstr;
 
 class ChangedFile : public testing::Test {
@@ -52,7 +51,7 @@ class ChangedFile : public testing::Test {
   // Every slice as it was written, and a word; refused where a run would go on from it.
   void expect_readable() const {
     const RunFileReader reader(path_, Changed::accepted);
-    EXPECT_THAT(reader.change(), AllOf(HasSubstr(path_), HasSubstr("another program")));
+    EXPECT_THAT(reader.change(), HasSubstr("another program"));
     EXPECT_EQ(reader.content().extents, content_.extents);
     EXPECT_EQ(reader.content().config, content_.config);
     for (const SliceDataset& dataset : content_.datasets) {

@@ -1,8 +1,10 @@
 // Damage is found before HDF5 sees the file, and named.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <hdf5.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <random>
 
@@ -285,6 +287,23 @@ TEST_F(RunFileMadeUp, PlacesThatCannotBeAreRefused) {
   const std::string rest = line("rest ");
   EXPECT_THAT(opening_with_block(rest, "rest 0 18446744073709551615 0123456789abcdef"), HasSubstr("user: "));
   EXPECT_THAT(opening_with_block(rest, std::string(rest.size(), ' ')), HasSubstr("user: "));  // bytes left unchecked
+}
+
+TEST_F(RunFileMadeUp, ExtentsThatCannotBeAreRefused) {
+  constexpr std::int64_t huge = std::numeric_limits<std::int64_t>::max();
+  using Sizes = std::array<std::int64_t, 4>;
+  for (const Sizes& sizes : {Sizes{0, 5, 3, 2}, Sizes{7, 5, 3, -2}, Sizes{7, 5, std::int64_t{1} << 31, 2},
+                             Sizes{7, 5, 1 << 16, 1 << 16}, Sizes{huge, huge, 1, 1}, Sizes{7, 5, 2, 3}}) {
+    write_bytes(path_, good_);
+    const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    const hid_t attribute = H5Aopen_by_name(file, "/", "extents", H5P_DEFAULT, H5P_DEFAULT);
+    EXPECT_GE(H5Awrite(attribute, H5T_NATIVE_INT64, sizes.data()), 0);
+    H5Aclose(attribute);
+    H5Fclose(file);
+    const std::string bytes = read_bytes(path_);
+    ASSERT_EQ(bytes.size(), good_.size());
+    EXPECT_THAT(opening_with(with_fitting_digests(bytes)), AllOf(HasSubstr("user: "), HasSubstr("not laid out")));
+  }
 }
 
 // Thousands of small changes anywhere, the digests made to fit: opening throws or gives the file, and no more.

@@ -109,7 +109,7 @@ class Terminal(ProgramTest):
         self.generate("--progress", "none", "--set", 'optimizer.stop={time="1s"}')
         info = self.info("run.h5")
         self.assertEqual(info["state"]["finished"], "time")
-        self.assertGreaterEqual(info["history"]["seconds"][-1], 1)
+        self.assertGreater(info["history"]["seconds"][-1], 0.5)  # it ends where another score would be too late
         self.assertLess(info["history"]["seconds"][-1], 20)
 
     def test_info_of_a_run_that_is_not_finished(self):

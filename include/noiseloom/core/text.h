@@ -1,4 +1,5 @@
-// Numbers and durations as text, the same under every locale.
+// Numbers and durations as text that is read back, the same under every locale. (As people read them:
+// core/quantity_text.h.)
 #pragma once
 
 #include <cstddef>
