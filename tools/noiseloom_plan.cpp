@@ -10,6 +10,7 @@
 #include "noiseloom/core/quantity_text.h"
 #include "noiseloom/dist/communicator.h"
 #include "noiseloom/dist/halo_plan.h"
+#include "noiseloom/files/output_probe.h"
 #include "noiseloom/samples/sample_space.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_options.h"
@@ -184,7 +185,7 @@ void Plan::print() const {
   print_exchange(messages);
   const double file =
       static_cast<double>(extents_.num_cells()) * (4.0 * source_.channels() + 4 + (source_.has_pdf() ? 4 : 0));
-  fmt::print("run file   {} (and as much for the generation before it)\n", bytes_text(file));
+  print_run_file(file);
 
   const double each = seconds_per_candidate(config_, source_, judged_);
   const double sweep = each * static_cast<double>(extents_.num_cells()) / 2;
@@ -203,6 +204,12 @@ void Plan::print() const {
 }
 
 }  // namespace
+
+void print_run_file(double bytes) {
+  const auto at_a_save = static_cast<double>(bytes_needed(static_cast<std::uint64_t>(bytes)));
+  fmt::print("run file   {}; a save needs {} on disk, for it and two generations before it\n", bytes_text(bytes),
+             bytes_text(at_a_save));
+}
 
 int run_plan(int argc, char** argv) {
   if (std::string(argv[1]) == "--help-config") {

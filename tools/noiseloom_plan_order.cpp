@@ -126,7 +126,7 @@ void print_order_plan(const RunConfig& config, int ranks, int threads) {
   fmt::print("memory     at most {} a rank\n", bytes_text(most));
   const auto pixels = static_cast<double>(extents.num_cells());
   fmt::print("exchange   {}\n", ranks == 1 ? "none: one rank" : "candidates for the picks, a batch at a time");
-  fmt::print("run file   {} (and as much for the generation before it)\n", bytes_text(pixels * (wide ? 12 : 8)));
+  print_run_file(pixels * (wide ? 12 : 8));
 
   const Measured measured = measure(spec);
   const double points = std::floor(spec.density * pixels);
