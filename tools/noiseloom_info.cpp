@@ -62,7 +62,7 @@ void print_json(const RunFileContent& content) {
       json_string(content.config));
 }
 
-void print_history(const EngineState& state) {
+void print_history(const SwapState& state) {
   fmt::print("\n   iter.  temperature  accepted        R    seconds\n");
   const std::size_t rows = state.history.size();
   for (std::size_t row = 0; row < rows; ++row) {
@@ -82,15 +82,14 @@ std::string iterations_in_all(const StopSpec& stop) {
 // What else a run that is not finished goes on to.
 std::string goal_of_score(const StopSpec& stop) { return stop.score > 0 ? fmt::format(" of {:g}", stop.score) : ""; }
 
-void print_progress(const EngineState& state, const StopSpec& stop) {
-  const double iterations = state.history.empty() ? 0 : state.history.back().iterations;
-  const double error = state.history.empty() ? 1 : state.history.back().relative_error;
+void print_progress(const SwapState& state, const StopSpec& stop) {
+  const std::string at = state.score_is_current() ? "" : fmt::format(" at iteration {}", state.scored_iterations);
   if (state.finished.empty()) {
-    fmt::print("not finished: iteration {}{}, R {:.5f}{} (white noise 1); go on with generate --resume\n", iterations,
-               iterations_in_all(stop), error, goal_of_score(stop));
+    fmt::print("not finished: iteration {}{}, R {:.5f}{}{} (white noise 1); go on with generate --resume\n",
+               state.iterations, iterations_in_all(stop), state.relative_error, at, goal_of_score(stop));
   } else {
-    fmt::print("finished after {} iterations by stop.{}\n", iterations, state.finished);
-    fmt::print("R {:.5f} (white noise 1)\n", error);
+    fmt::print("finished after {} iterations by {}\n", state.iterations, ended_text(state.finished));
+    fmt::print("R {:.5f} (white noise 1)\n", state.relative_error);
   }
 }
 
@@ -114,7 +113,7 @@ void print_history(const OrderState& state) {
 
 void print_text(const std::string& path, const RunFileContent& content) {
   std::optional<OrderState> order;
-  std::optional<EngineState> engine;
+  std::optional<SwapState> engine;
   if (is_order_run(content)) {
     order = order_state(content);
   } else {

@@ -1,14 +1,14 @@
-// What plan prints for every method, and for a method of its own.
+// What plan prints.
 #pragma once
 
-#include "noiseloom/config/config.h"
+#include <string>
+
+#include "noiseloom/run/plan.h"
 
 namespace noiseloom {
 
-// The line about the run file, of `bytes`.
-void print_run_file(double bytes);
-
-// Void and cluster. MPI must be initialised.
-void print_order_plan(const RunConfig& config, int ranks, int threads);
+std::string plan_text(const RunPlan& plan);
+// One object; numbers in bytes and seconds.
+std::string plan_json(const RunPlan& plan);
 
 }  // namespace noiseloom

@@ -3,11 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <ctime>
 #include <exception>
 
 #include "noiseloom/core/error.h"
+#include "noiseloom/core/standard_streams.h"
 
 namespace noiseloom {
 namespace {
@@ -16,7 +19,19 @@ constexpr int exit_done = 0;
 constexpr int exit_environment = 1;
 constexpr int exit_user = 2;
 
+std::vector<std::string> words_given;  // of the command line, behind the program's name
+
+// As a shell takes the word.
+std::string quoted(const std::string& word) {
+  constexpr const char* plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,:/@%";
+  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? "'\\''" : std::string(1, c);
+  return text + "'";
+}
+
 int run(int argc, char** argv) {
+  words_given.assign(argv + std::min(argc, 1), argv + argc);
   CLI::App app("Look at sampling-noise textures, score them, and turn run files into images", "noiseloom");
   app.require_subcommand(1);
   add_export(app);
@@ -25,10 +40,13 @@ int run(int argc, char** argv) {
   int status = exit_done;
   add_accuracy(app, status);
   try {
-    app.parse(argc, argv);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      if (app.exit(error) != 0) return exit_user;  // 0: the help was asked for, and is printed
+    }
+    flush_standard_output();
     return status;
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? exit_done : exit_user;
   } catch (const UserError& error) {
     const std::size_t count = error.faults().size();
     fmt::print(stderr, "{}\n{} error{}; nothing was done\n", error.what(), count, count == 1 ? "" : "s");
@@ -40,9 +58,22 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
+
+ReportOrigin report_origin() {
+  ReportOrigin origin{NOISELOOM_VERSION, "", "noiseloom"};
+  for (const std::string& word : words_given) origin.command += " " + quoted(word);
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  char date[32];
+  if (::gmtime_r(&now, &utc) != nullptr && std::strftime(date, sizeof date, "%Y-%m-%d %H:%M UTC", &utc) > 0)
+    origin.date = date;
+  return origin;
+}
+
 }  // namespace noiseloom
 
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a full quota is then an error that is told
+  noiseloom::reserve_standard_streams();
   return noiseloom::run(argc, argv);
 }

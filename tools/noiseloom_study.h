@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "noiseloom/config/config.h"
+#include "noiseloom/report/report.h"
 
 namespace noiseloom {
 
@@ -28,5 +29,8 @@ void add_texture_arguments(CLI::App& command, TextureArguments& arguments);
 // The config given or, where --set changes it, the run file's own; none where neither is given.
 std::optional<RunConfig> config_of(const TextureArguments& arguments);
 int threads_of(const TextureArguments& arguments);
+
+// What a page says it was made by: the version, today's date, and the command line as a shell takes it.
+ReportOrigin report_origin();
 
 }  // namespace noiseloom

@@ -26,7 +26,7 @@ void run_analyze(const Arguments& arguments) {
   const TextureFile file = load_texture(common.file, config_of(common));
   ThreadPool pool(threads_of(common));
   OutputFiles output(posix_file_ops(), arguments.overwrite);
-  const SpectralQuality quality = analyze_texture(common.file, file, arguments.folder, output, pool);
+  const SpectralQuality quality = analyze_texture(common.file, file, arguments.folder, output, pool, report_origin());
   output.commit();
   fmt::print("{}", quality_text(quality));
   fmt::print("wrote {}\n", (std::filesystem::path(arguments.folder) / "report.html").string());

@@ -25,7 +25,9 @@ std::string list_of_files(const std::vector<std::string>& files) {
 void run_export(const std::string& file, const ExportOptions& options) {
   const ExportResult result = export_run_file(file, options, posix_file_ops());
   if (!result.change.empty()) fmt::print(stderr, "warning: {}: {}\n", file, result.change);
-  fmt::print("wrote {}\n", list_of_files(result.files));
+  if (!result.unfinished.empty())
+    fmt::print(stderr, "warning: {}: {}; go on with generate --resume\n", file, result.unfinished);
+  if (!result.files.empty()) fmt::print("wrote {}\n", list_of_files(result.files));
   if (!result.tables.empty()) fmt::print("{}, in {}\n", result.points, list_of_files(result.tables));
 }
 
@@ -41,17 +43,23 @@ void add_export(CLI::App& app) {
                    "A file, a folder (made if missing), or a pattern such as out/noise_{slice:03}.png")
       ->required();
   command->add_option("--format", options.format,
-                      "png, exr, tiff, hdr, npy, raw; from the output's extension if not given, else png");
+                      container_names() + "; from the ending of the output if not given, else png");
   command->add_option("--layout", options.layout,
-                      "slices: a file each (default); strip: all in one, downward; exr-multipart: parts of one EXR");
-  command->add_option("--depth", options.depth, "png: 8 (default), 16; tiff: 8, 16, 32f; raw: 32f, 8, 16; others: 32f");
-  command->add_option("--naming", options.naming, "Names in a folder: plain (default), nvidia, ea, or a pattern");
+                      "slices: a file each; strip: all in one image, downward; exr-multipart: parts of one EXR. The "
+                      "first is the default.\n" +
+                          container_layouts());
+  command->add_option("--depth", options.depth,
+                      "Bits of a number, 32f for float; the first is the default.\n" + container_depths());
+  command->add_option("--naming", options.naming,
+                      "Names in a folder: plain (default); nvidia, ea: those of the published textures; or a pattern\n"
+                      "with one place for the number: {slice}, {slice:03}, {}, %d, %03d, %i, ####");
   command->add_option("--slices", options.slices, "A:B: slices A to B - 1");
   command->add_option("--range", options.range,
                       "LO:HI: what 0 and 1 of an image stand for; needed for unbounded samples (gauss, a file's)");
-  command->add_option("--threshold", options.threshold,
-                      "The point set of a void-and-cluster mask at that density, above 0 and up to 1: black and white "
-                      "images,\nand the coordinates in their order (points.csv; npy: points.npy too)");
+  command->add_option(
+      "--threshold", options.threshold,
+      "The point set of a void-and-cluster mask at that density, above 0 and up to 1: black and white "
+      "images,\nand the coordinates in their order (points_belowD.csv; with npy also .npy; csv: these alone)");
   command->add_flag("--pdf", options.with_density, "Density, over its maximum, in the alpha channel");
   command->add_flag("--overwrite", options.overwrite, "Replace files that exist");
   command->footer(
@@ -62,6 +70,8 @@ void add_export(CLI::App& app) {
       "values themselves.\n\n"
       "  noiseloom export run.h5 -o textures/                              one PNG a slice\n"
       "  noiseloom export run.h5 -o textures/ --naming nvidia              stbn_vec2_2Dx1D_128x128x64_0.png, ...\n"
+      "  noiseloom export run.h5 -o textures/ --naming ea                  real_uniform_box3x3_exp0101_product_0.png, "
+      "...\n"
       "  noiseloom export run.h5 -o noise.png --layout strip --depth 16    all slices, one under the other\n"
       "  noiseloom export run.h5 -o noise.exr --layout exr-multipart       floats, one part a slice\n"
       "  noiseloom export mask.h5 -o points/ --threshold 0.1               the earliest tenth of the pixels, as "

@@ -55,7 +55,7 @@ std::vector<std::string> PointCommands::overrides(const AccuracyPoint& point) co
   if (point.method != optimizer.method && replaces_table_) {
     changes.push_back(
         fmt::format("optimizer={{ method = \"{}\", stop = {{ iterations = {} }}, precision = \"{}\", cutoff = {} }}",
-                    method_name(point.method), count, optimizer.precision == Precision::dual ? "double" : "float",
+                    method_name(point.method), count, optimizer.precision == Precision::float64 ? "double" : "float",
                     shortest_number(optimizer.cutoff)));
     return changes;
   }

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "noiseloom/anneal/engine_choices.h"
+#include "noiseloom/anneal/swap_choices.h"
 #include "noiseloom/image/encoding.h"
 #include "noiseloom/problem/footprint.h"
 #include "noiseloom/problem/value_kernel.h"
@@ -226,10 +226,10 @@ std::string describe_point(const AccuracyPoint& point) {
 
 LadderTraits ladder_traits(const RunConfig& config, const SampleSource& source) {
   OptimizerSpec optimizer = config.optimizer;
-  if (optimizer.background_rank == 0) optimizer.background_rank = OptimizerSpec{}.background_rank;
+  if (optimizer.background_features == 0) optimizer.background_features = OptimizerSpec{}.background_features;
   const Footprint footprint(config.problem.extents, config.problem.filter, optimizer.cutoff);
   const ValueKernel kernel = make_value_kernel(config.problem, source.channels(), source.distance());
-  if (!features_between_slices(optimizer, footprint, kernel, source, optimizer.background_rank)) return {};
+  if (!features_between_slices(optimizer, footprint, kernel, source, optimizer.background_features)) return {};
   const auto own_taps = std::max<std::size_t>(footprint.slices().front().taps.size(), 1);
   return {true,
           std::max(1.0, cost_of_a_tap * static_cast<double>(footprint.num_taps()) / static_cast<double>(own_taps))};
@@ -242,12 +242,12 @@ AccuracyLadder accuracy_ladder(const RunConfig& config, const LadderTraits& trai
   ladder.lines.insert(ladder.lines.end(), fast.begin(), fast.end());
   for (const double cutoff : {0.0, 0.001, 0.01, 0.05})
     if (cutoff != optimizer.cutoff) ladder.knobs.push_back({"cutoff", shortest_number(cutoff), 1});
-  const double exact = optimizer.background_rank == 0 ? 1 : traits.exact_cost;
-  if (traits.background && optimizer.precision == Precision::single)
+  const double exact = optimizer.background_features == 0 ? 1 : traits.exact_cost;
+  if (traits.background && optimizer.precision == Precision::float32)
     for (const int rank : {0, 4, 8, 16, 32})
-      if (rank != optimizer.background_rank)
+      if (rank != optimizer.background_features)
         ladder.knobs.push_back({"background_rank", std::to_string(rank), rank == 0 ? exact : rank == 32 ? 1.5 : 1});
-  const bool is_double = optimizer.precision == Precision::dual;
+  const bool is_double = optimizer.precision == Precision::float64;
   ladder.knobs.push_back({"precision", is_double ? "float" : "double", is_double ? 1 : double_cost * exact});
   return ladder;
 }

@@ -221,8 +221,8 @@ class Page {
   std::string own_value(const std::string& setting) const {
     const OptimizerSpec& optimizer = study_.config.optimizer;
     if (setting == "cutoff") return fmt::format("{}", optimizer.cutoff);
-    if (setting == "background_rank") return std::to_string(optimizer.background_rank);
-    return optimizer.precision == Precision::dual ? "double" : "float";
+    if (setting == "background_rank") return std::to_string(optimizer.background_features);
+    return optimizer.precision == Precision::float64 ? "double" : "float";
   }
 
   void show_bits() {

@@ -9,7 +9,7 @@ namespace noiseloom {
 namespace {
 
 // Slices that weigh less than this share of the own one are left out: a long ring of frames would otherwise cost in
-// proportion to its length, for far less than what any rank misses. R and exact taps keep them.
+// proportion to its length, for far less than what the features miss. R and exact taps keep them.
 constexpr double negligible = 1e-4;
 
 Background::Filter make_filter(const Footprint::Factors& factors, const FieldLayout& layout) {

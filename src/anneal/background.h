@@ -1,8 +1,12 @@
-// The pull of all other slices on the samples of one, at low rank, for filters that are a product over plane and slice
-// axes: F(dx, dy, o) = plane(dx, dy) along(o).
+// The pull of all other slices on the samples of the one that moves, through features (feature_map.h). It stands behind
+// the taps of the slice itself, which are all taken one by one; hence its name. For filters that are a product over the
+// plane and the slice axes, F(dx, dy, o) = plane(dx, dy) along(o):
 //
-//   sum over the other slices of F (K(b, s) - K(a, s)), at i less at j  =  (f(b) - f(a)) . (B_i - B_j)
-//   B = A sum_d plane(d) sum_{o != 0} along(o) f(s at o, d)                      (FeatureMap)
+//   sum over the other slices of F (K(b, s) - K(a, s)), at cell i less at cell j  =  (f(b) - f(a)) . (B_i - B_j)
+//   B = A sum_d plane(d) sum_{o != 0} along(o) f(sample at slice offset o, d away)
+//
+// for a sample a at i and b at j. Each cell holds f of its sample and B, one after the other, so that a candidate reads
+// two runs of memory; a swap exchanges the two f and leaves B alone.
 //
 // The cost of a candidate does not depend on the depth of the filter; binding a slice costs (slices + plane taps per
 // axis) x features a cell.

@@ -72,13 +72,13 @@ void enumerate(int num_tables, int most, std::vector<int>& prefix, std::vector<s
 
 }  // namespace
 
-FeatureMap::FeatureMap(const ValueKernel& kernel, int rank, std::span<const float> list)
+FeatureMap::FeatureMap(const ValueKernel& kernel, int most_features, std::span<const float> list)
     : basis_(basis_of(kernel.distance)),
       channels_(kernel.channels),
       num_tables_(basis_ == Basis::circle ? 2 : kernel.channels),
       low_(static_cast<std::size_t>(channels_)),
       inverse_width_(static_cast<std::size_t>(channels_)) {
-  NOISELOOM_CHECK(rank >= 1 && !list.empty());
+  NOISELOOM_CHECK(most_features >= 1 && !list.empty());
   const auto channels = static_cast<std::size_t>(channels_);
   for (std::size_t c = 0; c < channels; ++c) {
     float least = list[c];
@@ -90,18 +90,18 @@ FeatureMap::FeatureMap(const ValueKernel& kernel, int rank, std::span<const floa
     low_[c] = least;
     inverse_width_[c] = most > least ? 1 / (most - least) : 0;
   }
-  choose_features(kernel, rank);
+  choose_features(kernel, most_features);
   fit(kernel, list);
 }
 
 // The lowest degrees: by the sum of squares, the rate at which the kernel's coefficients fall.
-void FeatureMap::choose_features(const ValueKernel& kernel, int rank) {
+void FeatureMap::choose_features(const ValueKernel& kernel, int most_features) {
   const bool odd_only = kernel.kind == ValueKernelKind::distance && basis_ != Basis::cosines;
   std::vector<std::vector<int>> all;
   std::vector<int> prefix;
-  const int most = basis_ == Basis::circle   ? rank
+  const int most = basis_ == Basis::circle   ? most_features
                    : basis_ == Basis::powers ? 5
-                   : num_tables_ == 1        ? rank
+                   : num_tables_ == 1        ? most_features
                    : num_tables_ == 2        ? 8
                    : num_tables_ <= 4        ? 3
                                              : 1;
@@ -118,7 +118,7 @@ void FeatureMap::choose_features(const ValueKernel& kernel, int rank) {
     return sum;
   };
   std::stable_sort(all.begin(), all.end(), [&](const auto& a, const auto& b) { return size(a) < size(b); });
-  if (std::ssize(all) > rank) all.resize(static_cast<std::size_t>(rank));
+  if (std::ssize(all) > most_features) all.resize(static_cast<std::size_t>(most_features));
   for (const std::vector<int>& degrees : all) {
     degrees_.insert(degrees_.end(), degrees.begin(), degrees.end());
     max_degree_ = std::max(max_degree_, *std::max_element(degrees.begin(), degrees.end()));

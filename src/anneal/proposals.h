@@ -12,7 +12,7 @@ struct ProposalSource {
   std::uint32_t slice;
   std::uint32_t sweep;
   std::uint64_t num_samples;  // at most 2^32
-  float lowest_step;          // of the distance in rank
+  float lowest_step;          // of the distance between ids
   float log2_ratio;           // of the largest to the lowest
 };
 

@@ -82,11 +82,12 @@ HWY_INLINE V distance(const V (&v)[C], const V (&s)[C]) {
   }
 }
 
-// -K of ValueKernel: the distance, or -exp(-(d^2)^(exponent / 2) / sigma_s^2).
+// What the energy counts a pair of samples with, -K of ValueKernel: the distance, or -exp(-(d^2)^(exponent / 2) /
+// sigma_s^2).
 template <DistanceKind kind, ValueKernelKind value_kind, int C>
-class Unlikeness {
+class PairCost {
  public:
-  explicit Unlikeness(const ValueKernel& kernel)
+  explicit PairCost(const ValueKernel& kernel)
       : half_exponent_(static_cast<float>(kernel.exponent / 2)),
         scale_(static_cast<float>(-1.4426950408889634 * kernel.inverse_sigma_s2)) {}
 

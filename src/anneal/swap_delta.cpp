@@ -169,7 +169,7 @@ std::unique_ptr<SwapDelta> make_double_delta(const Footprint& footprint, const V
 std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision,
                                            const FeatureMap* between_slices, std::optional<WindowSize> window) {
   const WindowSize size = window.value_or(WindowSize{footprint.extents().width(), footprint.extents().height()});
-  if (precision == Precision::single) return make_float_delta(footprint, kernel, size, between_slices);
+  if (precision == Precision::float32) return make_float_delta(footprint, kernel, size, between_slices);
   return make_double_delta(footprint, kernel, size);
 }
 

@@ -12,7 +12,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "anneal/judge-inl.h"
+#include "anneal/swap_term-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::HWY_NAMESPACE {
@@ -21,7 +21,7 @@ template <DistanceKind kind, ValueKernelKind value_kind, int C>
 class FloatDelta final : public SwapDelta {
  public:
   FloatDelta(const Footprint& footprint, const ValueKernel& kernel, WindowSize window, const FeatureMap* between_slices)
-      : fields_(footprint, C, window, between_slices == nullptr), unlike_(kernel) {
+      : fields_(footprint, C, window, between_slices == nullptr), pair_cost_(kernel) {
     if (between_slices != nullptr) background_.emplace(footprint, *between_slices, window);
   }
 
@@ -55,21 +55,21 @@ class FloatDelta final : public SwapDelta {
       a[c] = fields_.own().plane(c)[at_i.in[DeltaFields::rows]];
       b[c] = fields_.own().plane(c)[at_j.in[DeltaFields::rows]];
     }
-    const Judge<kind, value_kind, C> judge(unlike_, a, b);
+    const SwapTerm<kind, value_kind, C> swap_term(pair_cost_, a, b);
     V sums[num_parts];
     for (V& sum : sums) sum = hn::Zero(Floats());
     for (const DeltaFields::Part& part : fields_.parts()) {
-      add(judge, *part.taps, part.samples + at_i.in[part.kind], part.samples + at_j.in[part.kind], part.plane_size,
+      add(swap_term, *part.taps, part.samples + at_i.in[part.kind], part.samples + at_j.in[part.kind], part.plane_size,
           sums);
     }
-    if (background_) add_background(pair, judge.unit(), sums);
-    float sum = judge.scaled(fold(sums));
+    if (background_) add_background(pair, swap_term.unit(), sums);
+    float sum = swap_term.scaled(fold(sums));
     if (const float weight = fields_.pair_weight(at_i, at_j); weight != 0) sum -= weight * pair_term(a, b);
     return 2 * static_cast<double>(sum);
   }
 
  private:
-  HWY_INLINE void add(const Judge<kind, value_kind, C>& judge, const TapBlocks& taps, const float* at_i,
+  HWY_INLINE void add(const SwapTerm<kind, value_kind, C>& swap_term, const TapBlocks& taps, const float* at_i,
                       const float* at_j, std::int64_t plane_size, V (&sums)[num_parts]) const {
     V i[C];
     V j[C];
@@ -82,7 +82,7 @@ class FloatDelta final : public SwapDelta {
           j[c] = load_full(from_j + c * plane_size, p);
         }
         const V weight = load_full(taps.full_weights[k].lane, p);
-        sums[p] = hn::Add(sums[p], hn::Mul(weight, judge.term(i, j)));
+        sums[p] = hn::Add(sums[p], hn::Mul(weight, swap_term.term(i, j)));
       }
     }
     for (std::size_t k = 0; k < taps.split.size(); ++k) {
@@ -93,7 +93,7 @@ class FloatDelta final : public SwapDelta {
           j[c] = load_split(at_j + low + c * plane_size, at_j + high + c * plane_size, p);
         }
         const V weight = load_full(taps.split_weights[k].lane, p);
-        sums[p] = hn::Add(sums[p], hn::Mul(weight, judge.term(i, j)));
+        sums[p] = hn::Add(sums[p], hn::Mul(weight, swap_term.term(i, j)));
       }
     }
   }
@@ -119,13 +119,13 @@ class FloatDelta final : public SwapDelta {
       va[c] = set(a[c]);
       vb[c] = set(b[c]);
     }
-    const float ab = hn::GetLane(unlike_(va, vb));
-    return 2 * ab - hn::GetLane(unlike_(va, va)) - hn::GetLane(unlike_(vb, vb));
+    const float ab = hn::GetLane(pair_cost_(va, vb));
+    return 2 * ab - hn::GetLane(pair_cost_(va, va)) - hn::GetLane(pair_cost_(vb, vb));
   }
 
   DeltaFields fields_;
   std::optional<Background> background_;
-  Unlikeness<kind, value_kind, C> unlike_;
+  PairCost<kind, value_kind, C> pair_cost_;
 };
 
 template <DistanceKind kind, int C>

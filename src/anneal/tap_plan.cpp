@@ -76,16 +76,17 @@ PlanePlan plan_plane(std::span<const PlaneTap> taps, std::int64_t stride, std::i
       std::minmax_element(taps.begin(), taps.end(), [](const PlaneTap& a, const PlaneTap& b) { return a.dx < b.dx; });
   const std::int32_t whole = (last->dx - first->dx + 1) / half_lanes * half_lanes;
   const std::int32_t end = first->dx + whole;
-  std::vector<PlaneTap> core;
-  std::vector<PlaneTap> rest;
-  for (const PlaneTap& tap : taps) (tap.dx < end ? core : rest).push_back(tap);
-  rest = transposed(std::move(rest));
+  std::vector<PlaneTap> whole_halves;
+  std::vector<PlaneTap> left_over;
+  for (const PlaneTap& tap : taps) (tap.dx < end ? whole_halves : left_over).push_back(tap);
+  left_over = transposed(std::move(left_over));
 
   const std::size_t rows_alone = cut_into_halves(taps, stride).size();
-  const std::size_t both = cut_into_halves(core, stride).size() + cut_into_halves(rest, transposed_stride).size();
+  const std::size_t both =
+      cut_into_halves(whole_halves, stride).size() + cut_into_halves(left_over, transposed_stride).size();
   // A transposed copy costs something to keep.
   if (10 * both > 8 * rows_alone) return {plan_rows(taps, stride), {}};
-  return {plan_rows(core, stride), plan_rows(rest, transposed_stride)};
+  return {plan_rows(whole_halves, stride), plan_rows(left_over, transposed_stride)};
 }
 
 }  // namespace noiseloom

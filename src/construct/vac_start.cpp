@@ -2,12 +2,13 @@
 
 #include <algorithm>
 
+#include "noiseloom/core/decimal.h"
 #include "noiseloom/core/random.h"
 
 namespace noiseloom {
 
 std::int64_t vac_num_start_points(const VacSpec& spec) {
-  return static_cast<std::int64_t>(spec.density * static_cast<double>(spec.extents.num_cells()));
+  return decimal_of(spec.density).floor_of_times(spec.extents.num_cells());
 }
 
 std::uint64_t vac_start_draw(const VacSpec& spec, std::uint64_t draw) {

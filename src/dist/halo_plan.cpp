@@ -5,10 +5,43 @@
 namespace noiseloom {
 namespace {
 
-template <class T>
-void sort_unique(std::vector<T>& values) {
-  std::sort(values.begin(), values.end());
-  values.erase(std::unique(values.begin(), values.end()), values.end());
+// Offsets that follow each other along the first slice axis, so that the slices they lead to are neighbours in memory
+// and mostly of one rank: a filter that is a thousand frames deep is one run.
+struct Run {
+  Extents::SliceCoord row;  // 0 along the first slice axis
+  std::int64_t first;       // along it
+  std::int64_t length;
+};
+
+std::vector<Run> runs_of(std::span<const Extents::SliceCoord> offsets) {
+  std::vector<Extents::SliceCoord> sorted(offsets.begin(), offsets.end());
+  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+    return std::lexicographical_compare(a.rbegin(), a.rend(), b.rbegin(), b.rend());
+  });
+  std::vector<Run> runs;
+  for (const Extents::SliceCoord& offset : sorted) {
+    Extents::SliceCoord row = offset;
+    row[0] = 0;
+    if (runs.empty() || runs.back().row != row || runs.back().first + runs.back().length < offset[0]) {
+      runs.push_back({row, offset[0], 1});
+    } else {
+      runs.back().length = offset[0] + 1 - runs.back().first;
+    }
+  }
+  return runs;
+}
+
+// Calls visit(begin, end) for the slices that a run leads to from `slice`: a part of a row, or two where it goes around
+// its end.
+template <class Visit>
+void visit_run(const Extents& extents, SliceIndex slice, const Run& run, const Visit& visit) {
+  const std::int64_t size = extents.size(2);
+  const std::int64_t t = slice % size;
+  const std::int64_t row = extents.slice_at(slice, run.row) - t;
+  if (run.length >= size) return visit(row, row + size);
+  const std::int64_t first = ((t + run.first) % size + size) % size;
+  visit(row + first, row + std::min(size, first + run.length));
+  if (first + run.length > size) visit(row, row + first + run.length - size);
 }
 
 }  // namespace
@@ -16,19 +49,33 @@ void sort_unique(std::vector<T>& values) {
 HaloPlan::HaloPlan(const Extents& extents, std::span<const Extents::SliceCoord> offsets, const Partition& partition,
                    int rank)
     : begin_(partition.begin(rank)), listeners_(static_cast<std::size_t>(partition.count(rank))) {
-  for (SliceIndex slice = begin_; slice < partition.end(rank); ++slice) {
+  if (partition.num_ranks() == 1 || extents.num_slices() == 1) return;
+  const std::int64_t end = partition.end(rank);
+  const std::vector<Run> runs = runs_of(offsets);
+  // Of all slices: by how much the number of runs that cover it differs from that of the slice before.
+  std::vector<std::int32_t> changes(static_cast<std::size_t>(extents.num_slices()) + 1, 0);
+  for (SliceIndex slice = begin_; slice < end; ++slice) {
     std::vector<int>& listeners = listeners_[static_cast<std::size_t>(slice - begin_)];
-    for (const Extents::SliceCoord& offset : offsets) {
-      const SliceIndex other = extents.slice_at(slice, offset);
-      const int owner = partition.owner(other);
-      if (owner == rank) continue;
-      needed_.push_back(other);
-      // Offsets are symmetric: whoever owns slice + d is coupled with slice through -d.
-      listeners.push_back(owner);
+    for (const Run& run : runs) {
+      visit_run(extents, slice, run, [&](std::int64_t from, std::int64_t to) {
+        if (from >= begin_ && to <= end) return;
+        ++changes[static_cast<std::size_t>(from)];
+        --changes[static_cast<std::size_t>(to)];
+        // Offsets are symmetric: whoever owns slice + d is coupled with slice through -d.
+        const int last = partition.owner(narrow<SliceIndex>(to - 1));
+        for (int owner = partition.owner(narrow<SliceIndex>(from)); owner <= last; ++owner) {
+          if (owner != rank) listeners.push_back(owner);
+        }
+      });
     }
-    sort_unique(listeners);
+    std::sort(listeners.begin(), listeners.end());
+    listeners.erase(std::unique(listeners.begin(), listeners.end()), listeners.end());
   }
-  sort_unique(needed_);
+  std::int64_t covered = 0;
+  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+    covered += changes[static_cast<std::size_t>(slice)];
+    if (covered > 0 && (slice < begin_ || slice >= end)) needed_.push_back(slice);
+  }
 }
 
 std::int64_t HaloPlan::messages_per_sweep() const {

@@ -14,21 +14,6 @@ namespace noiseloom {
 namespace fs = std::filesystem;
 namespace {
 
-// Runs `work` on an open file and closes it, whatever happens.
-template <class Work>
-void with_file(FileOps& ops, int file, Work work) {
-  try {
-    work(file);
-  } catch (...) {
-    try {
-      ops.close(file);
-    } catch (const EnvironmentError&) {  // the first failure is the one to tell
-    }
-    throw;
-  }
-  ops.close(file);
-}
-
 // Creates a folder and those above it; the ones that were missing are appended, outermost first.
 void create_folders(const fs::path& folder, std::vector<std::string>& created) {
   std::error_code error;
@@ -41,6 +26,25 @@ void create_folders(const fs::path& folder, std::vector<std::string>& created) {
 }
 
 }  // namespace
+
+OutputStream::~OutputStream() {
+  if (!file_) return;
+  try {
+    ops_.close(*file_);
+  } catch (const EnvironmentError&) {  // the first failure is the one to tell
+  }
+}
+
+void OutputStream::append(std::span<const std::byte> bytes) {
+  ops_.write(*file_, size_, bytes);
+  size_ += bytes.size();
+}
+
+void OutputStream::close() {
+  const int file = *file_;
+  file_.reset();
+  ops_.close(file);
+}
 
 OutputFiles::~OutputFiles() {
   std::error_code ignored;  // nothing more can be done about a file that will not go
@@ -75,6 +79,7 @@ std::vector<std::string> OutputFiles::targets() const {
 
 std::string OutputFiles::add(const std::string& target) {
   const fs::path path(target);
+  NOISELOOM_CHECK(std::none_of(files_.begin(), files_.end(), [&](const auto& file) { return file.second == target; }));
   check({target});
   create_folders(parent_directory(target), new_folders_);
   const fs::path temporary = fs::path(parent_directory(target)) / fmt::format(".{}.partial-{}{}", path.stem().string(),
@@ -85,28 +90,35 @@ std::string OutputFiles::add(const std::string& target) {
   return temporary.string();
 }
 
-void OutputFiles::write(const std::string& target, std::span<const std::byte> bytes) {
-  write_pieces(target, [&](const Append& append) { append(bytes); });
+std::unique_ptr<OutputStream> OutputFiles::open(const std::string& target) {
+  return std::make_unique<OutputStream>(ops_, add(target));
 }
 
 void OutputFiles::write(const std::string& target, const std::string& text) {
-  write(target, std::as_bytes(std::span(text.data(), text.size())));
+  const std::unique_ptr<OutputStream> stream = open(target);
+  stream->append(text);
+  stream->close();
 }
 
-void OutputFiles::write_pieces(const std::string& target, const std::function<void(const Append&)>& write) {
-  with_file(ops_, ops_.create(add(target)), [&](int file) {
-    std::uint64_t offset = 0;
-    write([&](std::span<const std::byte> bytes) {
-      ops_.write(file, offset, bytes);
-      offset += bytes.size();
-    });
-  });
+// Syncs a file that was written and closed, by whatever means.
+void OutputFiles::sync(const std::string& path) {
+  const int file = ops_.open(path);
+  try {
+    ops_.sync(file);
+  } catch (...) {
+    try {
+      ops_.close(file);
+    } catch (const EnvironmentError&) {  // the first failure is the one to tell
+    }
+    throw;
+  }
+  ops_.close(file);
 }
 
 void OutputFiles::commit() {
   std::set<std::string> folders;
   for (const auto& [temporary, target] : files_) {
-    with_file(ops_, ops_.open(temporary), [&](int file) { ops_.sync(file); });
+    sync(temporary);
     folders.insert(parent_directory(target));
   }
   for (const auto& [temporary, target] : files_) ops_.rename(temporary, target);

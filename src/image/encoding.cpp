@@ -29,17 +29,9 @@ PixelLayout numbered(int channels) {
   return layout;
 }
 
-PixelLayout exr_layout(int channels, bool with_density) {
-  static const std::vector<std::vector<std::string>> names = {{"Y"}, {"R", "G"}, {"R", "G", "B"}, {"R", "G", "B", "A"}};
-  if (channels > 4) return numbered(channels);
-  std::vector<int> source;
-  for (int c = 0; c < channels; ++c) source.push_back(c);
-  std::vector<std::string> channel_names = names[static_cast<std::size_t>(channels - 1)];
-  if (with_density) {
-    source.push_back(density_channel);
-    channel_names.emplace_back("A");
-  }
-  return named(std::move(source), std::move(channel_names));
+// Three channels: a scalar three times, two channels and zero, or three.
+std::vector<int> three_sources(int channels) {
+  return {0, channels > 1 ? 1 : 0, channels == 3 ? 2 : channels == 2 ? zero_channel : 0};
 }
 
 }  // namespace
@@ -76,32 +68,11 @@ ValueRange parse_range(const std::string& text) {
 
 std::string shortest_number(double value) { return fmt::format("{}", value); }
 
-std::optional<PixelLayout> pixel_layout(ImageFormat format, int channels, bool with_density, std::string& why) {
-  if (with_density && (channels > 3 || format == ImageFormat::hdr)) {
-    why = channels > 3 ? fmt::format("--pdf needs the fourth channel, but the samples have {} of their own", channels)
-                       : "--pdf: hdr has no alpha channel; accepted with --pdf: png, exr, tiff";
-    return std::nullopt;
-  }
-  if (format == ImageFormat::exr) return exr_layout(channels, with_density);
-  if (format == ImageFormat::hdr) {
-    if (channels > 3) {
-      why = fmt::format("hdr holds three channels, the samples have {}; accepted for them: exr, tiff, npy, raw{}",
-                        channels, channels == 4 ? ", png" : "");
-      return std::nullopt;
-    }
-    const int g = channels > 1 ? 1 : 0;
-    const int b = channels == 3 ? 2 : channels == 2 ? zero_channel : 0;
-    return named({0, g, b}, {"R", "G", "B"});
-  }
-  if (channels > 4) {
-    if (format == ImageFormat::tiff) return numbered(channels);
-    why = fmt::format("png holds four channels, the samples have {}; accepted for them: exr, tiff, npy, raw", channels);
-    return std::nullopt;
-  }
+PixelLayout png_pixel(int channels, bool with_density) {
   if (with_density) {
-    const int g = channels > 1 ? 1 : 0;
-    const int b = channels == 3 ? 2 : channels == 2 ? zero_channel : 0;
-    return named({0, g, b, density_channel}, {"R", "G", "B", "A"});
+    std::vector<int> source = three_sources(channels);
+    source.push_back(density_channel);
+    return named(std::move(source), {"R", "G", "B", "A"});
   }
   switch (channels) {
     case 1:
@@ -113,6 +84,37 @@ std::optional<PixelLayout> pixel_layout(ImageFormat format, int channels, bool w
     default:
       return named({0, 1, 2, 3}, {"R", "G", "B", "A"});
   }
+}
+
+PixelLayout tiff_pixel(int channels, bool with_density) {
+  return channels > 4 ? numbered(channels) : png_pixel(channels, with_density);
+}
+
+PixelLayout exr_pixel(int channels, bool with_density) {
+  static const std::vector<std::vector<std::string>> names = {{"Y"}, {"R", "G"}, {"R", "G", "B"}, {"R", "G", "B", "A"}};
+  if (channels > 4) return numbered(channels);
+  std::vector<int> source;
+  for (int c = 0; c < channels; ++c) source.push_back(c);
+  std::vector<std::string> channel_names = names[static_cast<std::size_t>(channels - 1)];
+  if (with_density) {
+    source.push_back(density_channel);
+    channel_names.emplace_back("A");
+  }
+  return named(std::move(source), std::move(channel_names));
+}
+
+PixelLayout rgb_pixel(int channels, bool) { return named(three_sources(channels), {"R", "G", "B"}); }
+
+PixelLayout plain_pixel(int channels, bool) {
+  PixelLayout layout = numbered(channels);
+  layout.names.clear();
+  return layout;
+}
+
+PixelLayout rgba_pixel(int channels, bool) {
+  std::vector<int> source = three_sources(channels);
+  source.push_back(opaque_channel);
+  return named(std::move(source), {"R", "G", "B", "A"});
 }
 
 }  // namespace noiseloom

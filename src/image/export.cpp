@@ -4,12 +4,8 @@
 
 #include <algorithm>
 #include <cstring>
-#include <filesystem>
 
-#include "image/export_points.h"
 #include "noiseloom/config/config.h"
-#include "noiseloom/core/json.h"
-#include "noiseloom/files/npy.h"
 #include "noiseloom/files/order_codec.h"
 #include "noiseloom/files/output_files.h"
 #include "noiseloom/files/pixel_order.h"
@@ -18,9 +14,10 @@
 namespace noiseloom {
 namespace {
 
-// Slices of a run file as pixels of the plan; with `order`, 1 where a pixel is a point of the plan and 0 elsewhere.
+// Slices of a run file as the pixels of an output, or as the ranks of its pixels.
 class SliceEncoder {
  public:
+  // `order`: of a point set that is exported, else null.
   SliceEncoder(const RunFileReader& reader, const ExportPlan& plan, const PixelOrder* order)
       : reader_(reader), plan_(plan), order_(order) {
     const RunFileContent& content = reader.content();
@@ -29,33 +26,39 @@ class SliceEncoder {
       channels_ = static_cast<std::size_t>(content.datasets[static_cast<std::size_t>(samples_)].channels);
     cells_ = static_cast<std::size_t>(content.extents.cells_per_slice());
     values_.resize(cells_ * channels_);
-    bytes_.resize(cells_ * plan.pixel.source.size() * bytes_per_number(plan.type));
     if (plan.with_density) find_largest_density();
   }
 
-  std::size_t num_bytes() const { return bytes_.size(); }
   double largest_density() const { return largest_density_; }
 
   // Valid until the next call.
-  std::span<const std::byte> operator()(SliceIndex slice) {
-    if (order_ != nullptr)
-      read_points(slice);
-    else
-      reader_.read_slice(samples_, slice, std::as_writable_bytes(std::span(values_)));
-    if (plan_.with_density) read_density(slice);
-    const std::size_t pixel_channels = plan_.pixel.source.size();
-    for (std::size_t cell = 0; cell < cells_; ++cell)
-      for (std::size_t c = 0; c < pixel_channels; ++c) store(cell, c, cell * pixel_channels + c);
-    return bytes_;
+  std::span<const std::byte> slice(SliceIndex slice, const ExportOutput& output) {
+    return output.container->content == ContainerContent::ranks ? read_ranks(slice) : pixels(slice, output);
+  }
+
+  // How many points of the plan lie in its slices.
+  std::int64_t count_points() {
+    std::int64_t count = 0;
+    for (SliceIndex s = plan_.begin; s < plan_.end; ++s) {
+      read_ranks(s);
+      count += std::count_if(ranks_.begin(), ranks_.end(), [&](std::uint64_t rank) { return is_point(rank); });
+    }
+    return count;
   }
 
  private:
-  void read_points(SliceIndex slice) {
+  bool is_point(std::uint64_t rank) const { return rank < static_cast<std::uint64_t>(*plan_.num_points); }
+
+  std::span<const std::byte> read_ranks(SliceIndex slice) {
     ranks_.resize(cells_);
     order_->read_slice(slice, ranks_);
-    const auto count = static_cast<std::uint64_t>(*plan_.num_points);
+    return std::as_bytes(std::span(ranks_));
+  }
+  // 1 where a pixel is a point and 0 elsewhere.
+  void read_points(SliceIndex slice) {
+    read_ranks(slice);
     std::transform(ranks_.begin(), ranks_.end(), values_.begin(),
-                   [&](std::uint64_t rank) { return rank < count ? 1.0F : 0.0F; });
+                   [&](std::uint64_t rank) { return is_point(rank) ? 1.0F : 0.0F; });
   }
   void read_density(SliceIndex slice) {
     density_.resize(cells_);
@@ -69,26 +72,44 @@ class SliceEncoder {
     }
   }
 
-  void store(std::size_t cell, std::size_t channel, std::size_t index) {
-    const int source = plan_.pixel.source[channel];
-    double number = 0;
+  std::span<const std::byte> pixels(SliceIndex slice, const ExportOutput& output) {
+    if (order_ != nullptr)
+      read_points(slice);
+    else
+      reader_.read_slice(samples_, slice, std::as_writable_bytes(std::span(values_)));
+    if (plan_.with_density) read_density(slice);
+    const std::vector<int>& source = output.pixel.source;
+    bytes_.resize(cells_ * source.size() * bytes_per_number(output.type));
+    const bool clamped = output.container->numbers == StoredNumbers::unit;
+    for (std::size_t cell = 0; cell < cells_; ++cell)
+      for (std::size_t c = 0; c < source.size(); ++c) {
+        const double number = number_of(cell, source[c]);
+        store(clamped ? std::clamp(number, 0.0, 1.0) : number, output.type, cell * source.size() + c);
+      }
+    return bytes_;
+  }
+
+  // What a channel of the pixel holds, where integers stand for 0 to 1.
+  double number_of(std::size_t cell, int source) const {
+    if (source == zero_channel) return 0;
+    if (source == opaque_channel) return 1;
     if (source == density_channel)
-      number = largest_density_ > 0 ? static_cast<double>(density_[cell]) / largest_density_ : 0;
-    else if (source != zero_channel) {
-      const double value = static_cast<double>(values_[cell * channels_ + static_cast<std::size_t>(source)]);
-      number = plan_.range ? to_unit(*plan_.range, value) : value;
-    }
-    switch (plan_.type) {
+      return largest_density_ > 0 ? static_cast<double>(density_[cell]) / largest_density_ : 0;
+    const double value = static_cast<double>(values_[cell * channels_ + static_cast<std::size_t>(source)]);
+    return plan_.range ? to_unit(*plan_.range, value) : value;
+  }
+
+  void store(double number, PixelType type, std::size_t index) {
+    switch (type) {
       case PixelType::uint8:
-        bytes_[index] = std::byte(source == zero_channel ? 0 : quantise(number, 8));
+        bytes_[index] = std::byte(quantise(number, 8));
         break;
       case PixelType::uint16: {
-        const std::uint16_t b = source == zero_channel ? std::uint16_t{0} : quantise(number, 16);
+        const std::uint16_t b = quantise(number, 16);
         std::memcpy(bytes_.data() + 2 * index, &b, sizeof b);
         break;
       }
       case PixelType::float32: {
-        if (plan_.image == ImageFormat::hdr) number = std::clamp(number, 0.0, 1.0);
         const float f = static_cast<float>(number);
         std::memcpy(bytes_.data() + 4 * index, &f, sizeof f);
         break;
@@ -110,119 +131,78 @@ class SliceEncoder {
 };
 
 // How to get the values back, for people and programs.
-std::string decoding(const ExportPlan& plan) {
+std::string decoding(const ExportPlan& plan, PixelType type) {
   if (plan.num_points)
     return fmt::format("0, or the largest number where a pixel is one of the {} points", *plan.num_points);
-  const std::string stored = plan.type == PixelType::uint8    ? "(b + 0.5) / 256"
-                             : plan.type == PixelType::uint16 ? "(b + 0.5) / 65536"
-                                                              : "number stored";
+  const std::string stored = type == PixelType::uint8    ? "(b + 0.5) / 256"
+                             : type == PixelType::uint16 ? "(b + 0.5) / 65536"
+                                                         : "number stored";
   if (!plan.range || *plan.range == ValueRange{}) return stored;
   return fmt::format("{} + {} * {}", plan.range->lo, plan.range->hi - plan.range->lo, stored);
 }
 
-std::string description(const ExportPlan& plan, const ProblemSpec& problem, double largest_density,
-                        const std::string& which) {
-  if (plan.num_points)
-    return fmt::format("point set, {} of {}; white: the {} pixels that come first of {}", which,
-                       problem.extents.to_string(), *plan.num_points, problem.extents.num_cells());
-  std::string text = fmt::format("sampling noise, {} of {}; samples {}; value = {}", which, problem.extents.to_string(),
-                                 sample_space_name(problem.samples), decoding(plan));
-  if (plan.with_density) text += fmt::format("; alpha = density / {}", largest_density);
-  return text;
+std::string slices_text(const ContainerJob& job) {
+  if (job.layout == ExportLayout::slices) return fmt::format("slice {}", job.first_slice);
+  return fmt::format("slices {} to {}", job.first_slice, job.first_slice + job.num_slices - 1);
 }
 
-void write_images(OutputFiles& files, const ExportPlan& plan, const ProblemSpec& problem, SliceEncoder& encoder) {
-  const Extents& extents = problem.extents;
-  ImageJob job;
-  job.format = *plan.image;
-  job.block = {narrow<int>(extents.width()),
-               narrow<int>(extents.height()),
-               static_cast<int>(plan.pixel.source.size()),
-               plan.type,
-               plan.pixel.names,
-               plan.pixel.alpha};
-  if (plan.layout == ExportLayout::slices) {
-    for (SliceIndex s = plan.begin; s < plan.end; ++s) {
-      job.description = description(plan, problem, encoder.largest_density(), fmt::format("slice {}", s));
-      const std::string target = plan.targets[static_cast<std::size_t>(s - plan.begin)];
-      write_image(files.add(target), job, [&](int) { return encoder(s); });
-    }
-    return;
-  }
-  job.num_blocks = plan.end - plan.begin;
-  job.stacking = plan.layout == ExportLayout::parts ? Stacking::parts : Stacking::down;
-  job.description =
-      description(plan, problem, encoder.largest_density(), fmt::format("slices {} to {}", plan.begin, plan.end - 1));
-  for (SliceIndex s = plan.begin; s < plan.end; ++s) job.part_names.push_back(fmt::format("slice{}", s));
-  write_image(files.add(plan.targets.front()), job, [&](int block) { return encoder(plan.begin + block); });
-}
-
-std::vector<std::string> all_targets(const ExportPlan& plan) {
-  std::vector<std::string> targets = plan.targets;
-  for (const std::string& target : {plan.points_csv, plan.points_npy})
-    if (!target.empty()) targets.push_back(target);
-  return targets;
-}
-
-// All slices: [slice axes..., y, x, channel]; some of them: [slice, y, x, channel].
-std::vector<std::int64_t> array_shape(const ExportPlan& plan, const Extents& extents) {
-  std::vector<std::int64_t> shape = extents.file_dimensions();
-  if (plan.end - plan.begin != extents.num_slices()) shape = {plan.end - plan.begin, extents.height(), extents.width()};
-  shape.push_back(static_cast<std::int64_t>(plan.pixel.source.size()));
-  return shape;
-}
-
-std::string joined(const std::vector<std::int64_t>& numbers) {
+std::string description(const ExportPlan& plan, const ContainerJob& job, double largest_density) {
   std::string text;
-  for (const std::int64_t n : numbers) text += fmt::format("{}{}", text.empty() ? "" : ", ", n);
+  if (plan.num_points) {
+    text = fmt::format("point set, {} of {}; white: the {} pixels that come first of {}", slices_text(job),
+                       job.extents.to_string(), *plan.num_points, job.extents.num_cells());
+  } else {
+    text = fmt::format("sampling noise, {} of {}; samples {}; value = {}", slices_text(job), job.extents.to_string(),
+                       job.samples, job.decoding);
+    if (plan.with_density) text += fmt::format("; alpha = density / {}", largest_density);
+  }
+  return job.unfinished.empty() ? text : text + "; " + job.unfinished;
+}
+
+// All files of one output. `job` holds what is the same for all of an export.
+void write_output(OutputFiles& files, const ExportPlan& plan, const ExportOutput& output, ContainerJob job,
+                  SliceEncoder& encoder) {
+  const std::unique_ptr<ContainerWriter> writer = output.container->make(files);
+  const bool one_a_slice = output.layout == ExportLayout::slices;
+  job.layout = output.layout;
+  job.num_slices = one_a_slice ? 1 : plan.end - plan.begin;
+  job.slice = {narrow<int>(job.extents.width()),
+               narrow<int>(job.extents.height()),
+               static_cast<int>(output.pixel.source.size()),
+               output.type,
+               output.pixel.names,
+               output.pixel.alpha};
+  job.decoding = decoding(plan, output.type);
+  for (std::size_t f = 0; f < output.targets.size(); ++f) {
+    job.first_slice = plan.begin + static_cast<SliceIndex>(f);
+    job.description = description(plan, job, encoder.largest_density());
+    writer->begin(output.targets[f], job);
+    for (SliceIndex s = job.first_slice; s < job.first_slice + job.num_slices; ++s)
+      writer->slice(s, encoder.slice(s, output));
+    writer->end();
+  }
+}
+
+std::string points_text(const ExportPlan& plan, const Extents& extents, SliceEncoder& encoder) {
+  std::string text = fmt::format("{} points: the earliest of {} pixels", *plan.num_points, extents.num_cells());
+  if (plan.end - plan.begin != extents.num_slices())
+    text += fmt::format("; {} of them in slices {} to {}", encoder.count_points(), plan.begin, plan.end - 1);
   return text;
-}
-
-std::string sidecar(const ExportPlan& plan, const ProblemSpec& problem, const std::string& config) {
-  const Extents& extents = problem.extents;
-  const bool whole = plan.end - plan.begin == extents.num_slices();
-  std::string axes;
-  for (int axis = extents.num_axes() - 1; axis >= 2 && whole; --axis) axes += json_string(extents.name(axis)) + ", ";
-  if (!whole) axes = "\"slice\", ";
-  const std::string type = plan.type == PixelType::uint8    ? "uint8"
-                           : plan.type == PixelType::uint16 ? "uint16"
-                                                            : "float32";
-  const ValueRange range = plan.range.value_or(ValueRange{});
-  return fmt::format(
-      "{{\n"
-      "  \"file\": {},\n"
-      "  \"type\": \"{}\",\n"
-      "  \"byte_order\": \"little\",\n"
-      "  \"shape\": [{}],\n"
-      "  \"axes\": [{}\"y\", \"x\", \"channel\"],\n"
-      "  \"first_slice\": {},\n"
-      "  \"samples\": {},\n"
-      "  \"value\": {},\n"
-      "  \"encoded\": {},\n"
-      "  \"range\": [{}, {}],\n"
-      "  \"config\": {}\n"
-      "}}\n",
-      json_string(std::filesystem::path(plan.targets.front()).filename().string()), type,
-      joined(array_shape(plan, extents)), axes, plan.begin, json_string(sample_space_name(problem.samples)),
-      json_string(decoding(plan)), plan.range ? "true" : "false", json_number(range.lo), json_number(range.hi),
-      json_string(config));
-}
-
-void write_array(OutputFiles& files, const ExportPlan& plan, const ProblemSpec& problem, const std::string& config,
-                 SliceEncoder& encoder) {
-  const std::string& target = plan.targets.front();
-  std::string header;
-  if (plan.format == "npy")
-    header = npy_float32_header(array_shape(plan, problem.extents));
-  else
-    files.write(std::filesystem::path(target).replace_extension(".json").string(), sidecar(plan, problem, config));
-  files.write_pieces(target, [&](const OutputFiles::Append& append) {
-    append(std::as_bytes(std::span(header.data(), header.size())));
-    for (SliceIndex s = plan.begin; s < plan.end; ++s) append(encoder(s));
-  });
 }
 
 }  // namespace
+
+std::string unfinished_run(const RunFileContent& content, const RunConfig& config) {
+  const auto finished = content.state.find("finished");
+  if (finished == content.state.end() || finished->second != Attribute(std::string())) return "";
+  for (const auto& [column, values] : content.history) {
+    if (column != "iterations" || values.empty()) continue;
+    const std::int64_t wanted = config.optimizer.stop.iterations;
+    return fmt::format("not finished: {} {}iterations done", values.back(),
+                       wanted > 0 ? fmt::format("of {} ", wanted) : "");
+  }
+  return "not finished";
+}
 
 ExportResult export_run_file(const std::string& path, const ExportOptions& options, FileOps& ops) {
   const RunFileReader reader(path, Changed::accepted);
@@ -235,20 +215,32 @@ ExportResult export_run_file(const std::string& path, const ExportOptions& optio
   std::optional<PixelOrder> order;
   if (plan.num_points) order.emplace(reader, path);
   OutputFiles files(ops, options.overwrite);
-  files.check(all_targets(plan));
-  SliceEncoder encoder(reader, plan, order ? &*order : nullptr);
-  if (plan.image)
-    write_images(files, plan, config.problem, encoder);
-  else
-    write_array(files, plan, config.problem, content.config, encoder);
+  std::vector<std::string> targets;
+  for (const ExportOutput& output : plan.outputs)
+    targets.insert(targets.end(), output.targets.begin(), output.targets.end());
+  files.check(targets);
+
   ExportResult result;
   result.change = reader.change();
-  result.files = files.targets();
-  if (order) {
-    result.points = write_points(files, plan, content.extents, *order);
-    for (const std::string& target : files.targets())
-      if (target == plan.points_csv || target == plan.points_npy) result.tables.push_back(target);
+  result.unfinished = unfinished_run(content, config);
+  ContainerJob job;
+  job.source = path;
+  job.extents = content.extents;
+  job.range = plan.range;
+  job.samples = sample_space_name(config.problem.samples);
+  job.config = content.config;
+  job.unfinished = result.unfinished;
+  job.num_points = plan.num_points;
+  SliceEncoder encoder(reader, plan, order ? &*order : nullptr);
+  for (const ExportOutput& output : plan.outputs) {
+    const std::size_t before = files.targets().size();
+    write_output(files, plan, output, job, encoder);
+    const std::vector<std::string> written = files.targets();
+    std::vector<std::string>& list =
+        output.container->content == ContainerContent::ranks ? result.tables : result.files;
+    list.insert(list.end(), written.begin() + static_cast<std::ptrdiff_t>(before), written.end());
   }
+  if (order) result.points = points_text(plan, content.extents, encoder);
   files.commit();
   return result;
 }

@@ -4,8 +4,10 @@
 #include <charconv>
 #include <filesystem>
 
+#include "noiseloom/core/decimal.h"
 #include "noiseloom/files/pixel_order.h"
 #include "noiseloom/image/export.h"
+#include "noiseloom/image/naming.h"
 #include "noiseloom/image/sequence.h"
 #include "noiseloom/samples/sample_space.h"
 
@@ -13,44 +15,6 @@ namespace noiseloom {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct FormatRow {
-  std::string name;
-  std::vector<std::string> extensions;  // the first is what files get
-  std::optional<ImageFormat> image;
-  std::vector<std::string> depths;   // the first is the default
-  std::vector<std::string> layouts;  // the first is the default
-};
-
-const std::vector<FormatRow>& formats() {
-  static const std::vector<FormatRow> rows = {
-      {"png", {".png"}, ImageFormat::png, {"8", "16"}, {"slices", "strip"}},
-      {"exr", {".exr"}, ImageFormat::exr, {"32f"}, {"slices", "strip", "exr-multipart"}},
-      {"tiff", {".tif", ".tiff"}, ImageFormat::tiff, {"8", "16", "32f"}, {"slices", "strip"}},
-      {"hdr", {".hdr"}, ImageFormat::hdr, {"32f"}, {"slices", "strip"}},
-      {"npy", {".npy"}, std::nullopt, {"32f"}, {}},
-      {"raw", {".raw"}, std::nullopt, {"32f", "8", "16"}, {}},
-  };
-  return rows;
-}
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
-std::vector<std::string> format_names() {
-  std::vector<std::string> names;
-  for (const FormatRow& row : formats()) names.push_back(row.name);
-  return names;
-}
-
-const FormatRow* row_of_extension(const std::string& extension) {
-  for (const FormatRow& row : formats())
-    if (std::find(row.extensions.begin(), row.extensions.end(), extension) != row.extensions.end()) return &row;
-  return nullptr;
-}
 
 // Where the files go: a file (or pattern of files) in a folder, or a folder alone.
 struct Output {
@@ -65,6 +29,20 @@ Output split_output(const std::string& output) {
   return {path.parent_path(), path.filename().string()};
 }
 
+template <class Accept>
+std::string names_of(Accept accept) {
+  std::vector<std::string> names;
+  for (const Container& container : containers())
+    if (container.content == ContainerContent::pixels && accept(container)) names.push_back(container.name);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+std::vector<std::string> all_names() {
+  std::vector<std::string> names;
+  for (const Container& container : containers()) names.push_back(container.name);
+  return names;
+}
+
 class Planner {
  public:
   Planner(const std::string& name, const RunFileContent& content, const ProblemSpec& problem,
@@ -72,20 +50,22 @@ class Planner {
       : name_(name), content_(content), problem_(problem), options_(options), output_(split_output(options.output)) {}
 
   ExportPlan plan() {
-    const FormatRow* const row = choose_format();
-    if (row == nullptr) throw_if_any(faults_);
-    plan_.format = row->name;
-    plan_.image = row->image;
-    choose_depth(*row);
-    choose_layout(*row);
+    choose_container();
+    if (container_ == nullptr) throw_if_any(faults_);
+    main_.container = container_;
+    choose_type();
+    choose_layout();
     choose_slices();
     choose_points();
-    choose_pixel(*row);
-    choose_range(*row);
+    choose_naming();
+    if (container_->content == ContainerContent::pixels) {
+      choose_pixel();
+      choose_range();
+    }
     throw_if_any(faults_);
-    choose_targets(*row);
+    choose_targets();
     throw_if_any(faults_);
-    return plan_;
+    return std::move(plan_);
   }
 
  private:
@@ -99,49 +79,73 @@ class Planner {
       return {};
     }
   }
+  bool points_wanted() const { return !options_.threshold.empty(); }
 
-  const FormatRow* choose_format() {
-    const std::string extension = fs::path(output_.file).extension().string();
-    const FormatRow* const by_extension = row_of_extension(extension);
-    if (!extension.empty() && by_extension == nullptr) {
-      fault(fmt::format("-o {}: \"{}\" is no extension of a format that is written; accepted: {} (a folder ends in /)",
-                        options_.output, extension, joined(format_names())));
-      return nullptr;
+  void choose_container() {
+    if (options_.output == "-") {
+      fault("-o -: an export is one or more files, which cannot go to standard output; give a file or a folder");
+      return;
     }
-    if (options_.format.empty()) return by_extension != nullptr ? by_extension : &formats().front();
-    for (const FormatRow& row : formats()) {
-      if (row.name != options_.format) continue;
-      if (by_extension != nullptr && by_extension != &row)
-        fault(fmt::format("--format {}, but -o {} ends in {}", row.name, options_.output, extension));
-      return &row;
+    const std::string ending = fs::path(output_.file).extension().string();
+    const Container* const by_ending = ending.empty() ? nullptr : container_of_file(output_.file);
+    if (!ending.empty() && by_ending == nullptr) {
+      fault(fmt::format("-o {}: \"{}\" is no ending of a container that is written; accepted: {} (a folder ends in /)",
+                        options_.output, ending, container_names()));
+      return;
     }
-    const std::string nearest = nearest_word(options_.format, format_names());
-    fault(fmt::format("--format {}: not written{}; accepted: {}", options_.format,
-                      nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest), joined(format_names())));
-    return nullptr;
+    if (options_.format.empty()) {
+      container_ = by_ending != nullptr ? by_ending : &containers().front();
+    } else {
+      container_ = find_container(options_.format, ContainerContent::pixels);
+      if (container_ == nullptr) container_ = find_container(options_.format, ContainerContent::ranks);
+      if (container_ == nullptr) {
+        const std::string nearest = nearest_word(options_.format, all_names());
+        fault(fmt::format("--format {}: not written{}; accepted: {}", options_.format,
+                          nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest), container_names()));
+      } else if (by_ending != nullptr && by_ending != container_) {
+        fault(fmt::format("--format {}, but -o {} ends in {}", container_->name, options_.output, ending));
+      }
+    }
+    if (container_ != nullptr && container_->content == ContainerContent::ranks && !points_wanted())
+      fault(
+          fmt::format("{} holds the coordinates of a point set: give its density with --threshold; accepted for the "
+                      "values of a texture: {}",
+                      container_->name, names_of([](const Container&) { return true; })));
   }
 
-  void choose_depth(const FormatRow& row) {
-    const std::string depth = options_.depth.empty() ? row.depths.front() : options_.depth;
-    if (std::find(row.depths.begin(), row.depths.end(), depth) == row.depths.end())
-      fault(fmt::format("--depth {}: {} does not hold it; accepted for {}: {}", depth, row.name, row.name,
-                        joined(row.depths)));
-    plan_.type = depth == "8" ? PixelType::uint8 : depth == "16" ? PixelType::uint16 : PixelType::float32;
+  void choose_type() {
+    if (container_->types.empty()) {
+      if (!options_.depth.empty())
+        fault(fmt::format("--depth {}: {} holds no pixels", options_.depth, container_->name));
+      return;
+    }
+    main_.type = container_->types.front();
+    if (options_.depth.empty()) return;
+    std::vector<std::string> accepted;
+    for (const PixelType type : container_->types) {
+      accepted.push_back(depth_name(type));
+      if (accepted.back() != options_.depth) continue;
+      main_.type = type;
+      return;
+    }
+    fault(fmt::format("--depth {0}: {1} does not hold it; accepted for {1}: {2}", options_.depth, container_->name,
+                      fmt::join(accepted, ", ")));
   }
 
-  void choose_layout(const FormatRow& row) {
-    plan_.layout = ExportLayout::array;
-    if (!options_.layout.empty() &&
-        std::find(row.layouts.begin(), row.layouts.end(), options_.layout) == row.layouts.end()) {
-      fault(row.layouts.empty()
-                ? fmt::format("--layout {}: {} always holds the whole array", options_.layout, row.name)
-                : fmt::format("--layout {}: accepted for {}: {}", options_.layout, row.name, joined(row.layouts)));
-    } else if (!row.layouts.empty()) {
-      const std::string layout = options_.layout.empty() ? row.layouts.front() : options_.layout;
-      plan_.layout = layout == "strip"           ? ExportLayout::strip
-                     : layout == "exr-multipart" ? ExportLayout::parts
-                                                 : ExportLayout::slices;
+  void choose_layout() {
+    main_.layout = container_->layouts.front();
+    if (options_.layout.empty()) return;
+    std::vector<std::string> accepted;
+    for (const ExportLayout layout : container_->layouts) {
+      accepted.push_back(to_string(layout));
+      if (accepted.back() != options_.layout) continue;
+      main_.layout = layout;
+      return;
     }
+    fault(accepted.size() == 1 ? fmt::format("--layout {}: {} always holds the whole {}", options_.layout,
+                                             container_->name, accepted.front())
+                               : fmt::format("--layout {}: accepted for {}: {}", options_.layout, container_->name,
+                                             fmt::join(accepted, ", ")));
   }
 
   void choose_slices() {
@@ -164,7 +168,7 @@ class Planner {
 
   // A part of a sequence holds points of the whole: the count does not depend on --slices.
   void choose_points() {
-    if (options_.threshold.empty()) return;
+    if (!points_wanted()) return;
     plan_.num_points = 1;
     if (const std::string why = why_no_order(content_); !why.empty()) faults_.push_back({name_, why});
     if (options_.with_density) fault("--pdf: a point set (--threshold) has no density");
@@ -174,9 +178,25 @@ class Planner {
     if (!fraction) return;
     const std::int64_t num_pixels = content_.extents.num_cells();
     plan_.num_points = fraction->floor_of_times(num_pixels);
+    density_ = fraction->text();
     if (*plan_.num_points == 0)
       fault(fmt::format("--threshold {}: that is no point of {} pixels; the least that is one: {:.3g}",
                         options_.threshold, num_pixels, 1 / static_cast<double>(num_pixels)));
+  }
+
+  void choose_naming() {
+    pattern_in_output_ = !output_.file.empty() && is_sequence_pattern(output_.file);
+    if (pattern_in_output_ && !options_.naming.empty())
+      fault(fmt::format("-o {} is a pattern already; leave --naming out", options_.output));
+    const std::string text = pattern_in_output_ ? output_.file : options_.naming.empty() ? "plain" : options_.naming;
+    naming_ = parsed([&] { return parse_naming(text); });
+    for (const std::string& part : {output_.folder.string(), pattern_in_output_ ? std::string() : output_.file})
+      if (const std::string why = why_no_file_name(part); !why.empty())
+        fault(fmt::format("-o {}: {}", options_.output, why));
+    if (output_.file.empty() || pattern_in_output_) return;
+    if (naming_.scheme != NamingScheme::plain)
+      fault(fmt::format("--naming {} names the files itself: give a folder, not -o {}", options_.naming,
+                        options_.output));
   }
 
   int channels() const {
@@ -186,94 +206,106 @@ class Planner {
     return 0;
   }
 
-  void choose_pixel(const FormatRow& row) {
-    if (plan_.num_points) {
-      choose_plain_pixel(row);
-      return;
-    }
-    plan_.with_density = options_.with_density;
+  void choose_pixel() {
+    plan_.with_density = options_.with_density && !plan_.num_points;
     const bool has_density = std::any_of(content_.datasets.begin(), content_.datasets.end(),
                                          [](const SliceDataset& dataset) { return dataset.name == "/pdf"; });
-    if (options_.with_density && !has_density)
+    if (plan_.with_density && !has_density)
       fault(fmt::format("--pdf: the density of samples \"{}\" is constant; the run file holds none",
                         sample_space_name(problem_.samples)));
-    if (options_.with_density && !row.image) fault("--pdf: accepted with png, exr, tiff");
-    choose_plain_pixel(row);
-  }
-  void choose_plain_pixel(const FormatRow& row) {
-    if (!row.image) {
-      for (int c = 0; c < channels(); ++c) plan_.pixel.source.push_back(c);
+    std::string why;
+    if (!holds_channels(*container_, channels(), plan_.with_density, why)) {
+      const std::string others = names_of([&](const Container& other) {
+        std::string ignored;
+        return holds_channels(other, channels(), plan_.with_density, ignored);
+      });
+      fault(why + (others.empty() ? "" : fmt::format("; accepted for them: {}", others)));
       return;
     }
-    std::string why;
-    const auto layout = pixel_layout(*row.image, channels(), plan_.with_density, why);
-    if (layout)
-      plan_.pixel = *layout;
-    else
-      fault(why);
+    // The published files are PNGs whose vectors are RGBA.
+    const bool as_published = naming_.scheme == NamingScheme::nvidia && container_->pixel == png_pixel &&
+                              channels() > 1 && channels() < 4 && !plan_.with_density;
+    main_.pixel = (as_published ? rgba_pixel : container_->pixel)(channels(), plan_.with_density);
   }
 
-  // Integers, and hdr, which holds no negative numbers, store values as 0..1.
-  void choose_range(const FormatRow& row) {
-    const bool must_fit = plan_.type != PixelType::float32 || row.name == "hdr";
+  void choose_range() {
+    const bool must_fit = main_.type != PixelType::float32 || container_->numbers == StoredNumbers::unit;
     if (plan_.num_points) {
       plan_.range = ValueRange{};
     } else if (!options_.range.empty()) {
-      if (row.name == "npy") fault("--range: npy holds the values themselves");
+      if (container_->numbers == StoredNumbers::the_values)
+        fault(fmt::format("--range: {} holds the values themselves", container_->name));
       plan_.range = parsed([&] { return parse_range(options_.range); });
     } else if (must_fit) {
       plan_.range = natural_range(problem_.samples);
-      if (!plan_.range)
-        fault(
-            fmt::format("samples \"{}\" have no fixed range, and {} needs one: give --range LO:HI (values beyond are "
-                        "clamped), or --depth 32f with exr, tiff, npy or raw",
-                        sample_space_name(problem_.samples),
-                        row.name == "hdr" ? "hdr" : fmt::format("a depth of {}", to_string(plan_.type))));
+      if (plan_.range) return;
+      const std::string floats = names_of([](const Container& other) {
+        return other.numbers != StoredNumbers::unit &&
+               std::find(other.types.begin(), other.types.end(), PixelType::float32) != other.types.end();
+      });
+      fault(
+          fmt::format("samples \"{}\" have no fixed range, and {} needs one: give --range LO:HI (values beyond are "
+                      "clamped), or --depth 32f with {}",
+                      sample_space_name(problem_.samples),
+                      container_->numbers == StoredNumbers::unit ? container_->name
+                                                                 : fmt::format("a depth of {}", to_string(main_.type)),
+                      floats));
     }
   }
 
-  void name_points(const std::string& stem) {
-    if (!plan_.num_points) return;
-    plan_.points_csv = (output_.folder / (stem + ".csv")).string();
-    if (plan_.format == "npy") plan_.points_npy = (output_.folder / (stem + ".npy")).string();
+  std::string target(const std::string& file) const { return (output_.folder / file).string(); }
+
+  void choose_targets() {
+    name_main_output();
+    plan_.outputs.push_back(main_);
+    if (plan_.num_points) add_point_tables();
   }
 
-  void choose_targets(const FormatRow& row) {
-    const std::string stem = fs::path(name_).stem().string();
-    std::string naming_text = options_.naming;
-    const bool pattern_in_output = !output_.file.empty() && is_sequence_pattern(output_.file);
-    if (pattern_in_output && !naming_text.empty())
-      fault(fmt::format("-o {} is a pattern already; leave --naming out", options_.output));
-    if (pattern_in_output) naming_text = output_.file;
-    const Naming naming = parsed([&] { return parse_naming(naming_text.empty() ? "plain" : naming_text); });
-    const std::string extension =
-        output_.file.empty() ? row.extensions.front() : fs::path(output_.file).extension().string();
+  void name_main_output() {
     const SliceIndex count = content_.extents.num_slices();
-    const auto target = [&](const std::string& file) { return (output_.folder / file).string(); };
-    const bool single = plan_.layout != ExportLayout::slices || count == 1;
-    if (!output_.file.empty() && !pattern_in_output) {
-      if (!options_.naming.empty() && naming.scheme != NamingScheme::plain)
-        fault(fmt::format("--naming {} names the files itself: give a folder, not -o {}", options_.naming,
-                          options_.output));
-      const std::string own_stem = fs::path(output_.file).stem().string();
-      name_points(own_stem + "_points");
-      if (single)
-        plan_.targets = {target(output_.file)};
-      else
-        for (SliceIndex s = plan_.begin; s < plan_.end; ++s)
-          plan_.targets.push_back(target(slice_file_name(naming, own_stem, s, count, extension)));
+    const bool one_file = main_.layout != ExportLayout::slices;
+    const bool own_name = !output_.file.empty() && !pattern_in_output_;
+    if (own_name && (one_file || count == 1)) {
+      main_.targets = {target(output_.file)};
       return;
     }
-    name_points("points");
-    const std::string whole =
-        texture_name(naming, problem_, stem) + (plan_.num_points ? "_below" + options_.threshold : "");
-    if (plan_.layout != ExportLayout::slices) {
-      if (naming.scheme == NamingScheme::pattern) fault("a pattern names slices; the layout is one file");
-      plan_.targets = {target(whole + extension)};
+    const std::string ending =
+        output_.file.empty() ? container_->endings.front() : fs::path(output_.file).extension().string();
+    std::string stem = fs::path(name_).stem().string();
+    if (own_name) {
+      stem = fs::path(output_.file).stem().string();
+    } else {
+      stem = texture_name(naming_, problem_, stem, why_no_order(content_).empty());
+      if (plan_.num_points) stem += "_below" + density_;
+    }
+    if (one_file) {
+      if (naming_.scheme == NamingScheme::pattern) fault("a pattern names slices; the layout is one file");
+      main_.targets = {container_->content == ContainerContent::ranks ? target(table_stem() + ending)
+                                                                      : target(stem + ending)};
       return;
     }
     for (SliceIndex s = plan_.begin; s < plan_.end; ++s)
-      plan_.targets.push_back(target(slice_file_name(naming, whole, s, count, extension)));
+      main_.targets.push_back(target(slice_file_name(naming_, stem, s, count, ending)));
+  }
+
+  // Of a table in a folder, where several point sets may lie; beside a file with a name of its own, after that.
+  std::string table_stem() const {
+    if (output_.file.empty() || pattern_in_output_) return "points_below" + density_;
+    return fs::path(output_.file).stem().string() + "_points";
+  }
+
+  // The coordinates as text always, and in the container of the images, where that has a table too.
+  void add_point_tables() {
+    for (const Container& container : containers()) {
+      if (container.content != ContainerContent::ranks || &container == container_) continue;
+      if (container_->content == ContainerContent::ranks) continue;
+      if (container.name != "csv" && container.name != container_->name) continue;
+      ExportOutput table;
+      table.container = &container;
+      table.layout = container.layouts.front();
+      table.targets = {target(table_stem() + container.endings.front())};
+      plan_.outputs.push_back(table);
+    }
   }
 
   const std::string& name_;
@@ -281,6 +313,11 @@ class Planner {
   const ProblemSpec& problem_;
   const ExportOptions& options_;
   Output output_;
+  bool pattern_in_output_ = false;
+  Naming naming_;
+  std::string density_;  // in digits, for names
+  const Container* container_ = nullptr;
+  ExportOutput main_;
   ExportPlan plan_;
   std::vector<Fault> faults_;
 };

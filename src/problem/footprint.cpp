@@ -105,27 +105,13 @@ Footprint::Footprint(const Extents& extents, const FilterSpec& filter, double cu
     const Extents::SliceCoord slice = slice_part(tap.offset);
     if (slices_.back().offset != slice) slices_.push_back({slice, {}});
     slices_.back().taps.push_back({tap.offset[0], tap.offset[1], tap.weight});
+    for (std::size_t axis = 0; axis < reach_.size(); ++axis) {
+      reach_[axis] = std::max(reach_[axis], std::abs(tap.offset[axis]));
+    }
+    ++num_taps_;
     sum.add(tap.weight);
   }
   weight_sum_ = sum.value();
-}
-
-std::int64_t Footprint::num_taps() const {
-  std::int64_t count = 0;
-  for (const SliceTaps& slice : slices_) count += std::ssize(slice.taps);
-  return count;
-}
-
-std::int32_t Footprint::reach(int axis) const {
-  std::int32_t largest = 0;
-  for (const SliceTaps& slice : slices_) {
-    if (axis >= 2) {
-      largest = std::max(largest, std::abs(slice.offset[static_cast<std::size_t>(axis - 2)]));
-      continue;
-    }
-    for (const PlaneTap& tap : slice.taps) largest = std::max(largest, std::abs(axis == 0 ? tap.dx : tap.dy));
-  }
-  return largest;
 }
 
 }  // namespace noiseloom

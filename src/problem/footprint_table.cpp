@@ -35,6 +35,10 @@ std::vector<double> folded_array(const Extents& extents, const std::vector<int>&
   return folded;
 }
 
+// What is squared time to correlate: about a second.
+constexpr std::int64_t most_taps_of_line = std::int64_t{1} << 17;
+constexpr std::int64_t most_taps_of_array = std::int64_t{1} << 16;
+
 [[noreturn]] void refuse(const std::string& file, const std::string& why) {
   throw UserError(file, "filter table: " + why);
 }
@@ -56,33 +60,36 @@ Overlap array_overlap(const Extents& extents, const std::vector<int>& axes, cons
   std::vector<std::int64_t> folded_sizes;
   const std::vector<double> folded = folded_array(extents, axes, sizes, taps, folded_sizes);
 
-  // Rows are spaced so that the difference of two flat positions names the offset uniquely.
-  struct Placed {
-    std::int64_t position;
-    double tap;
-  };
-  std::vector<Placed> placed;
-  std::int64_t span = 1;
-  std::int64_t centre = 0;
-  for (const std::int64_t size : folded_sizes) {
-    centre += (size - 1) * span;
-    span *= 2 * size - 1;
-  }
-  for (std::size_t i = 0; i < folded.size(); ++i) {
-    auto rest = static_cast<std::int64_t>(i);
-    std::int64_t position = 0;
-    std::int64_t stride = 1;
-    for (const std::int64_t size : folded_sizes) {
-      position += rest % size * stride;
-      rest /= size;
-      stride *= 2 * size - 1;
+  // Rows are spaced so that the difference of two flat positions names the offset uniquely. A row of taps is a run of
+  // positions one after another.
+  const std::int64_t width = folded_sizes[0];
+  const auto num_rows = std::ssize(folded) / width;
+  std::vector<std::int64_t> row_position(static_cast<std::size_t>(num_rows), 0);
+  std::int64_t centre = width - 1;  // the greatest difference
+  std::int64_t spacing = 2 * width - 1;
+  std::int64_t rows_below = 1;
+  for (std::size_t k = 1; k < folded_sizes.size(); ++k) {
+    for (std::int64_t row = 0; row < num_rows; ++row) {
+      row_position[static_cast<std::size_t>(row)] += row / rows_below % folded_sizes[k] * spacing;
     }
-    if (folded[i] != 0) placed.push_back({position, folded[i]});
+    centre += (folded_sizes[k] - 1) * spacing;
+    rows_below *= folded_sizes[k];
+    spacing *= 2 * folded_sizes[k] - 1;
   }
+  // Every difference gets its terms in ascending order of the first tap.
   std::vector<double> half(static_cast<std::size_t>(centre + 1), 0.0);
-  for (std::size_t i = 0; i < placed.size(); ++i) {
-    for (std::size_t j = i; j < placed.size(); ++j) {
-      half[static_cast<std::size_t>(placed[j].position - placed[i].position)] += placed[i].tap * placed[j].tap;
+  for (std::int64_t row = 0; row < num_rows; ++row) {
+    for (std::int64_t x = 0; x < width; ++x) {
+      const double tap = folded[static_cast<std::size_t>(row * width + x)];
+      if (tap == 0) continue;
+      for (std::int64_t other = row; other < num_rows; ++other) {
+        const std::int64_t first = other == row ? x : 0;
+        const std::int64_t apart =
+            row_position[static_cast<std::size_t>(other)] - row_position[static_cast<std::size_t>(row)] - x;
+        const double* from = folded.data() + other * width;
+        double* to = half.data() + apart;
+        for (std::int64_t k = first; k < width; ++k) to[k] += tap * from[k];
+      }
     }
   }
 
@@ -111,7 +118,14 @@ std::vector<Overlap> table_overlaps(const Extents& extents, const GroupSpec& gro
   const NpyArray array = read_npy(file);
   check_taps(file, array.values);
   std::vector<Overlap> overlaps;
+  // Taps are folded onto the texture first, so the shorter of both counts.
+  const auto refuse_more = [&](std::int64_t count, std::int64_t most) {
+    if (count <= most) return;
+    refuse(file, fmt::format("{} taps within the texture; at most {} in {}", count, most,
+                             array.shape.size() == 1 ? "one dimension" : "several dimensions"));
+  };
   if (array.shape.size() == 1) {
+    for (const int axis : group.axes) refuse_more(std::min(array.shape[0], extents.size(axis)), most_taps_of_line);
     for (const int axis : group.axes) {
       overlaps.push_back(axis_overlap(extents, axis, ring_overlap(array.values, extents.size(axis))));
     }
@@ -123,6 +137,11 @@ std::vector<Overlap> table_overlaps(const Extents& extents, const GroupSpec& gro
   }
   std::vector<int> axes = group.axes;
   std::sort(axes.begin(), axes.end());
+  std::int64_t count = 1;
+  for (std::size_t k = 0; k < axes.size(); ++k) {
+    count *= std::min(array.shape[axes.size() - 1 - k], extents.size(axes[k]));
+    refuse_more(count, most_taps_of_array);
+  }
   return {array_overlap(extents, axes, {array.shape.rbegin(), array.shape.rend()}, array.values)};
 }
 

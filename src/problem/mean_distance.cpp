@@ -26,6 +26,12 @@ MeanDistance::MeanDistance(DistanceKind kind, int channels, std::int64_t cells_p
 
 bool MeanDistance::exact() const { return divide_pairs(kind_, channels_, cells_per_slice_, num_slices_).exact; }
 
+std::int64_t MeanDistance::num_pairs() const {
+  const Division division = divide_pairs(kind_, channels_, cells_per_slice_, num_slices_);
+  const double block = static_cast<double>(cells_per_slice_) / static_cast<double>(division.parts);
+  return static_cast<std::int64_t>(division.num_samples() * block * (0.5 + static_cast<double>(division.neighbours)));
+}
+
 std::int64_t MeanDistance::num_tasks() const {
   return divide_pairs(kind_, channels_, cells_per_slice_, num_slices_).num_tasks();
 }

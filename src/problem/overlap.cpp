@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <limits>
 
 #include "noiseloom/core/math.h"
 
@@ -57,20 +59,19 @@ std::vector<double> binomial_taps(int n) {
   return taps;
 }
 
-// exp(-d^2 / 2 sigma^2) of all images of d on a ring.
+// exp(-d^2 / 2 sigma^2) of all images of d on a ring, for d from 0 to half of it.
 std::vector<double> gauss_energy_ring(double sigma, std::int64_t size) {
   NOISELOOM_CHECK(sigma > 0);
   constexpr double widest = 9;  // exp(-81/2) is below the rounding of any weight that is kept
   const auto reach = static_cast<std::int64_t>(widest * sigma) + 1;
-  std::vector<double> ring(static_cast<std::size_t>(size), 0.0);
-  for (std::int64_t d = 0; d <= size / 2; ++d) {
+  std::vector<double> ring;
+  for (std::int64_t d = 0; d <= std::min(size / 2, reach); ++d) {
     double sum = 0;
     for (std::int64_t image = d - (reach + d) / size * size; image <= reach; image += size) {
       const double scaled = static_cast<double>(image) / sigma;
       sum += math::exp(-scaled * scaled / 2);
     }
-    ring[static_cast<std::size_t>(d)] = sum;
-    ring[static_cast<std::size_t>((size - d) % size)] = sum;
+    ring.push_back(sum);
   }
   return ring;
 }
@@ -86,10 +87,10 @@ Overlap gauss_energy_overlap(const Extents& extents, const GroupSpec& group) {
     largest.push_back(*std::max_element(ring.begin(), ring.end()));
   }
   for (std::size_t k = 0; k < factors.size(); ++k) {
-    double rest = 1;
-    for (std::size_t later = k + 1; later < factors.size(); ++later) rest *= largest[later];
+    double most_to_come = 1;
+    for (std::size_t later = k + 1; later < factors.size(); ++later) most_to_come *= largest[later];
     result = k == 0 ? factors[0] : multiply(result, factors[k]);
-    std::erase_if(result.taps, [&](const OverlapTap& tap) { return tap.weight * rest < gauss_energy_cut; });
+    std::erase_if(result.taps, [&](const OverlapTap& tap) { return tap.weight * most_to_come < gauss_energy_cut; });
   }
   return result;
 }
@@ -121,17 +122,44 @@ std::vector<double> filter_taps(const KernelSpec& kernel, std::int64_t size) {
   }
 }
 
+std::vector<double> autocorrelation(std::span<const double> taps) {
+  const std::size_t n = taps.size();
+  std::vector<double> sums(n, 0.0);
+  if (std::all_of(taps.begin(), taps.end(), [&](double tap) { return tap == taps.front(); })) {
+    // Equal terms: each sum is the one before it and one term more.
+    double sum = 0;
+    for (std::size_t terms = 1; terms <= n; ++terms) {
+      sum += taps.front() * taps.front();
+      sums[n - terms] = sum;
+    }
+    return sums;
+  }
+  // Several distances at a time keep a vector unit busy; the terms of each stay in their order.
+  constexpr std::size_t lanes = 8;
+  for (std::size_t first = 0; first < n; first += lanes) {
+    double sum[lanes] = {};
+    std::size_t i = 0;
+    for (; i + first + lanes <= n; ++i) {
+      for (std::size_t lane = 0; lane < lanes; ++lane) sum[lane] += taps[i] * taps[i + first + lane];
+    }
+    for (; i + first < n; ++i) {
+      for (std::size_t lane = 0; i + first + lane < n; ++lane) sum[lane] += taps[i] * taps[i + first + lane];
+    }
+    std::copy_n(sum, std::min(lanes, n - first), sums.begin() + static_cast<std::ptrdiff_t>(first));
+  }
+  return sums;
+}
+
 std::vector<double> ring_overlap(std::span<const double> taps, std::int64_t size) {
   std::vector<double> folded(std::min(taps.size(), static_cast<std::size_t>(size)), 0.0);
   for (std::size_t i = 0; i < taps.size(); ++i) folded[i % folded.size()] += taps[i];
-  std::vector<double> ring(static_cast<std::size_t>(size), 0.0);
-  // Each offset of the ring receives at most d and size - d, so both signs are the same bits.
-  for (std::size_t d = 0; d < folded.size(); ++d) {
-    double sum = 0;
-    for (std::size_t i = 0; i + d < folded.size(); ++i) sum += folded[i] * folded[i + d];
-    ring[d] += sum;
-    if (d > 0) ring[ring.size() - d] += sum;
-  }
+  const std::vector<double> sums = autocorrelation(folded);
+  const auto sum_at = [&](std::size_t d) { return d < sums.size() ? sums[d] : 0.0; };
+  const auto ring_size = static_cast<std::size_t>(size);
+  std::vector<double> ring(2 * sums.size() > ring_size ? ring_size / 2 + 1 : sums.size());
+  // An offset of the ring is both d and d - size.
+  ring[0] = sums[0];
+  for (std::size_t d = 1; d < ring.size(); ++d) ring[d] = sum_at(d) + sum_at(ring_size - d);
   return ring;
 }
 
@@ -148,26 +176,32 @@ std::vector<double> ema_ring_overlap(double alpha, double beta, std::int64_t siz
   const double amplitude = g * (1 + q * tail);
   const double r = p * q;
 
+  // Powers of r up to r^n, or to the last one that is a normal number: what lies below weighs nothing, and would never
+  // become zero (the least number of all, times r > 1/2, is rounded to itself).
   const auto n = static_cast<std::size_t>(size);
-  std::vector<double> power(n + 1, 1.0);
+  std::vector<double> powers;
   double geometric = 0;  // 1 + r + ... + r^(n-1) = (1 - r^n) / (1 - r)
-  for (std::size_t d = 0; d < n; ++d) {
-    geometric += power[d];
-    power[d + 1] = power[d] * r;
+  double next = 1;
+  for (std::size_t d = 0; d <= n && next >= std::numeric_limits<double>::min(); ++d) {
+    powers.push_back(next);
+    if (d < n) geometric += next;
+    next *= r;
   }
+  const auto power = [&](std::size_t d) { return d < powers.size() ? powers[d] : 0.0; };
   const double one_minus_rn = (beta + p * alpha) * geometric;
-  std::vector<double> ring(n);
-  ring[0] = zero + 2 * amplitude * power[n] / one_minus_rn;
-  for (std::size_t d = 1; d < n; ++d) ring[d] = amplitude * (power[d] + power[n - d]) / one_minus_rn;
+  std::vector<double> ring(std::min(powers.size(), n / 2 + 1));
+  ring[0] = zero + 2 * amplitude * power(n) / one_minus_rn;
+  for (std::size_t d = 1; d < ring.size(); ++d) ring[d] = amplitude * (power(d) + power(n - d)) / one_minus_rn;
   return ring;
 }
 
 Overlap axis_overlap(const Extents& extents, int axis, std::span<const double> ring) {
   Overlap result{{axis}, {}};
   const std::int64_t size = extents.size(axis);
-  NOISELOOM_CHECK_EQ(static_cast<std::int64_t>(ring.size()), size);
-  for (std::int64_t d = -((size - 1) / 2); d <= size / 2; ++d) {
-    const double weight = ring[static_cast<std::size_t>((d + size) % size)];
+  const auto reach = std::ssize(ring) - 1;
+  NOISELOOM_CHECK(reach >= 0 && reach <= size / 2);
+  for (std::int64_t d = -std::min((size - 1) / 2, reach); d <= reach; ++d) {
+    const double weight = ring[static_cast<std::size_t>(std::abs(d))];
     if (weight == 0) continue;
     OverlapTap tap{{}, weight};
     tap.offset[static_cast<std::size_t>(axis)] = narrow<std::int32_t>(d);
@@ -180,10 +214,12 @@ std::vector<OverlapTap> ordered(std::vector<OverlapTap> taps) {
   const auto other_slice = [](const OverlapTap& tap) {
     return std::any_of(tap.offset.begin() + 2, tap.offset.end(), [](std::int32_t d) { return d != 0; });
   };
-  std::stable_sort(taps.begin(), taps.end(), [&](const OverlapTap& a, const OverlapTap& b) {
-    if (other_slice(a) != other_slice(b)) return other_slice(b);
+  const auto before = [](const OverlapTap& a, const OverlapTap& b) {
     return std::lexicographical_compare(a.offset.rbegin(), a.offset.rend(), b.offset.rbegin(), b.offset.rend());
-  });
+  };
+  // Products mostly come in order, and may be millions.
+  if (!std::is_sorted(taps.begin(), taps.end(), before)) std::stable_sort(taps.begin(), taps.end(), before);
+  std::stable_partition(taps.begin(), taps.end(), [&](const OverlapTap& tap) { return !other_slice(tap); });
   std::size_t kept = 0;
   for (const OverlapTap& tap : taps) {
     if (kept > 0 && taps[kept - 1].offset == tap.offset) {
@@ -204,15 +240,26 @@ Overlap multiply(const Overlap& a, const Overlap& b) {
     const bool both = std::find(a.axes.begin(), a.axes.end(), axis) != a.axes.end();
     (both ? shared : result.axes).push_back(axis);
   }
-  for (const OverlapTap& s : a.taps) {
+  const auto add = [&](const OverlapTap& s, const OverlapTap& t) {
+    OverlapTap tap{s.offset, s.weight * t.weight};
+    for (const int axis : b.axes) tap.offset[static_cast<std::size_t>(axis)] = t.offset[static_cast<std::size_t>(axis)];
+    const bool agree = std::all_of(shared.begin(), shared.end(), [&](int axis) {
+      return s.offset[static_cast<std::size_t>(axis)] == t.offset[static_cast<std::size_t>(axis)];
+    });
+    if (agree && tap.weight != 0) result.taps.push_back(tap);
+  };
+  // The later axis outermost: what `ordered` wants, where the axes of a and b do not interlock.
+  const auto last_axis = [](const Overlap& overlap) {
+    return overlap.axes.empty() ? -1 : *std::max_element(overlap.axes.begin(), overlap.axes.end());
+  };
+  if (shared.empty()) result.taps.reserve(a.taps.size() * b.taps.size());
+  if (last_axis(a) > last_axis(b)) {
+    for (const OverlapTap& s : a.taps) {
+      for (const OverlapTap& t : b.taps) add(s, t);
+    }
+  } else {
     for (const OverlapTap& t : b.taps) {
-      OverlapTap tap{s.offset, s.weight * t.weight};
-      for (const int axis : b.axes)
-        tap.offset[static_cast<std::size_t>(axis)] = t.offset[static_cast<std::size_t>(axis)];
-      const bool agree = std::all_of(shared.begin(), shared.end(), [&](int axis) {
-        return s.offset[static_cast<std::size_t>(axis)] == t.offset[static_cast<std::size_t>(axis)];
-      });
-      if (agree && tap.weight != 0) result.taps.push_back(tap);
+      for (const OverlapTap& s : a.taps) add(s, t);
     }
   }
   return result;

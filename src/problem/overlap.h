@@ -31,7 +31,14 @@ std::int32_t canonical_offset(std::int64_t offset, std::int64_t size);
 // The taps of a box, gauss or binomial filter along one axis, sum 1. A box longer than `size` comes folded onto it.
 std::vector<double> filter_taps(const KernelSpec& kernel, std::int64_t size);
 
-// sum_i f(i) f(i + d) for the filter `taps` wrapped onto a ring of `size`: element d is F(d), d in [0, size).
+// The overlap along one axis, wrapped onto a ring of `size`, is given by its values for d = 0, 1, ..., size / 2 at
+// most: F(-d) is F(d), and what lies past the end of the list is zero. So its length is that of the filter, and a long
+// axis costs nothing.
+
+// sum_i f(i) f(i + d) for d = 0 .. taps.size() - 1, each sum in ascending order of i. Takes time in proportion to the
+// square of the number of taps, except where all taps are equal.
+std::vector<double> autocorrelation(std::span<const double> taps);
+// The same for the filter `taps` wrapped onto a ring.
 std::vector<double> ring_overlap(std::span<const double> taps, std::int64_t size);
 // Eq. 17 of [FAST24], summed to infinity and wrapped onto a ring of `size` (footprint.h says how it is read).
 std::vector<double> ema_ring_overlap(double alpha, double beta, std::int64_t size);
@@ -47,7 +54,7 @@ std::vector<Overlap> group_overlaps(const Extents& extents, const GroupSpec& gro
 // The same for a table: footprint_table.cpp.
 std::vector<Overlap> table_overlaps(const Extents& extents, const GroupSpec& group);
 
-// An overlap along one axis from its values on the ring.
+// An overlap along one axis from its values on the ring (1 to size / 2 + 1 of them).
 Overlap axis_overlap(const Extents& extents, int axis, std::span<const double> ring);
 
 // Sorted (the same slice first, then by the coordinates from the last axis down to x), taps of equal offset added up in

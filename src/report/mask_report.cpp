@@ -6,6 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "noiseloom/core/decimal.h"
+#include "noiseloom/report/number_text.h"
+#include "report/report_writer.h"
+
 namespace noiseloom {
 namespace {
 
@@ -14,32 +18,19 @@ constexpr PlotLine::Style line_styles[] = {PlotLine::Style::main, PlotLine::Styl
 
 PlotLine::Style style_of(std::size_t line) { return line_styles[line % std::size(line_styles)]; }
 
-PlotLine line_of(const std::vector<SpectrumBin>& bins, const std::string& label, PlotLine::Style style) {
-  PlotLine line{label, {}, {}, style};
-  for (const SpectrumBin& bin : bins) {
-    line.x.push_back(bin.frequency);
-    line.y.push_back(bin.power);
-  }
-  return line;
-}
-
 // White noise, and the limit of low frequencies from the lowest point of the lines upward.
 void add_guides(Plot& plot) {
   double lowest = 1;
   for (const PlotLine& line : plot.lines)
     for (const double y : line.y)
       if (y > 0) lowest = std::min(lowest, y);
-  plot.lines.push_back({"white noise", {0, 0.5}, {1, 1}, PlotLine::Style::dashed});
+  plot.lines.push_back(white_noise_line());
   plot.lines.push_back({"", {low_frequency, low_frequency}, {lowest, 1}, PlotLine::Style::dashed});
 }
 
-std::string percent(double density) { return fmt::format("{:g} %", 100 * density); }
+std::string percent(double density) { return number_text(100 * density, 6) + " %"; }
 
 }  // namespace
-
-std::int64_t num_points(double density, std::int64_t num_pixels) {
-  return static_cast<std::int64_t>(density * static_cast<double>(num_pixels));
-}
 
 Plot low_frequency_plot(const SpectralQuality& quality) {
   Plot plot{"Power on a logarithmic scale", "frequency (cycles a pixel)", "power", true, {}};
@@ -53,10 +44,10 @@ ReportTable low_frequency_table(const SpectralQuality& quality) {
   ReportTable table{{"axes", fmt::format("power below {}", low_frequency), "lowest", "2nd", "3rd"}, {}};
   for (const GroupQuality& group : quality.groups) {
     ReportTableRow row{{group.name}, "", false};
-    row.cells.push_back(std::isfinite(group.low_frequency_power) ? fmt::format("{:.3g}", group.low_frequency_power)
+    row.cells.push_back(std::isfinite(group.low_frequency_power) ? number_text(group.low_frequency_power, 3)
                                                                  : "no frequency is that low");
     for (std::size_t k = 0; k < 3; ++k)
-      row.cells.push_back(k < group.first_bins.size() ? fmt::format("{:.3g}", group.first_bins[k]) : "");
+      row.cells.push_back(k < group.first_bins.size() ? number_text(group.first_bins[k], 3) : "");
     table.rows.push_back(std::move(row));
   }
   return table;
@@ -65,7 +56,7 @@ ReportTable low_frequency_table(const SpectralQuality& quality) {
 std::vector<double> shown_densities(std::int64_t num_pixels) {
   std::vector<double> densities;
   for (const double density : {0.02, 0.1, 0.25, 0.5})
-    if (num_points(density, num_pixels) > 0) densities.push_back(density);
+    if (decimal_of(density).floor_of_times(num_pixels) > 0) densities.push_back(density);
   return densities;
 }
 
@@ -83,7 +74,7 @@ Plot points_plot(const std::vector<std::uint64_t>& ranks, const Extents& extents
   Texture pattern = make_texture(Extents({extents.width(), extents.height(), num_slices}), 1);
   Plot plot{"Power of the point sets", "frequency (cycles a pixel)", "power", true, {}};
   for (const double density : densities) {
-    const std::int64_t count = num_points(density, extents.num_cells());
+    const std::int64_t count = decimal_of(density).floor_of_times(extents.num_cells());
     for (std::size_t i = 0; i < ranks.size(); ++i)
       pattern.values[i] = static_cast<std::int64_t>(ranks[i]) < count ? 1.0F : 0.0F;
     plot.lines.push_back(line_of(radial_average(axes_spectrum(pattern, DistanceKind::absolute, {0, 1})),

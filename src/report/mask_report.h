@@ -17,7 +17,6 @@ namespace noiseloom {
 Plot low_frequency_plot(const SpectralQuality& quality);
 ReportTable low_frequency_table(const SpectralQuality& quality);
 
-std::int64_t num_points(double density, std::int64_t num_pixels);
 // The densities that a report shows; those that give no point are left out.
 std::vector<double> shown_densities(std::int64_t num_pixels);
 

@@ -78,21 +78,6 @@ Picture enlarged(const Picture& picture, int across, int down) {
 
 int factor_to_fill(int length, int size) { return std::max(1, size / length); }
 
-Picture side_by_side(const std::vector<Picture>& pictures, int gap) {
-  int width = -gap;
-  for (const Picture& picture : pictures) width += picture.width + gap;
-  Picture row = blank(width, pictures.front().height);
-  int left = 0;
-  for (const Picture& picture : pictures) {
-    NOISELOOM_CHECK_EQ(picture.height, row.height);
-    for (int y = 0; y < picture.height; ++y)
-      std::copy_n(picture.rgb.begin() + offset_of(picture, 0, y), 3 * picture.width,
-                  row.rgb.begin() + offset_of(row, left, y));
-    left += picture.width + gap;
-  }
-  return row;
-}
-
 void write_picture(const std::string& path, const Picture& picture, const std::string& description) {
   ImageJob job;
   job.block = {picture.width, picture.height, 3, PixelType::uint8, {"R", "G", "B"}, -1};

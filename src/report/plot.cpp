@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "noiseloom/report/number_text.h"
+
 namespace noiseloom {
 namespace {
 
@@ -60,9 +62,15 @@ std::vector<double> log_ticks(double lo, double hi) {
   return ticks;
 }
 
-std::string tick_text(double v) {
-  if (std::abs(v) < 1e-12) return "0";
-  return std::abs(v) >= 1e5 || std::abs(v) < 1e-3 ? fmt::format("{:.0e}", v) : fmt::format("{:.4g}", v);
+constexpr double letter = 6.6;  // width of one, on average, in units of a text 12 high
+
+double text_width(const std::string& text) { return letter * static_cast<double>(text.size()); }
+
+// Where 0 is meant, ticks that are added up miss it by a rounding error.
+std::string tick_text(double v) { return std::abs(v) < 1e-12 ? "0" : number_text(v, 4); }
+
+std::vector<double> ticks_of(const Scale& scale, int wanted) {
+  return scale.log ? log_ticks(scale.lo, scale.hi) : linear_ticks(scale.lo, scale.hi, wanted);
 }
 
 const char* style_class(PlotLine::Style style) {
@@ -87,19 +95,32 @@ const char* style_class(PlotLine::Style style) {
   return "";
 }
 
+constexpr int x_ticks = 7;
+constexpr int y_ticks = 5;
+
+// Ticks whose words would lie on those of the one before are drawn without words.
 std::string axes_svg(const Plot& plot, const Scale& x, const Scale& y) {
   std::string svg;
-  for (const double tick : y.log ? log_ticks(y.lo, y.hi) : linear_ticks(y.lo, y.hi, 5)) {
+  double above = std::numeric_limits<double>::infinity();  // where the last words begin
+  for (const double tick : ticks_of(y, y_ticks)) {
     svg += fmt::format("<line class='nl-grid' x1='{:.1f}' x2='{:.1f}' y1='{:.1f}' y2='{:.1f}'/>", x.from, x.to, y(tick),
                        y(tick));
+    if (y(tick) + 4 > above) continue;
+    above = y(tick) - 10;
     svg += fmt::format("<text class='nl-tick' text-anchor='end' x='{:.1f}' y='{:.1f}'>{}</text>\n", x.from - 7,
                        y(tick) + 4, tick_text(tick));
   }
-  for (const double tick : x.log ? log_ticks(x.lo, x.hi) : linear_ticks(x.lo, x.hi, 7)) {
+  double end = -std::numeric_limits<double>::infinity();  // of the last words
+  for (const double tick : ticks_of(x, x_ticks)) {
     svg += fmt::format("<line class='nl-axis' x1='{0:.1f}' x2='{0:.1f}' y1='{1:.1f}' y2='{2:.1f}'/>", x(tick), y.from,
                        y.from + 5);
-    svg += fmt::format("<text class='nl-tick' text-anchor='middle' x='{:.1f}' y='{:.1f}'>{}</text>\n", x(tick),
-                       y.from + 18, tick_text(tick));
+    const std::string text = tick_text(tick);
+    const double half = text_width(text) / 2;
+    const double middle = std::min(x(tick), plot.width - half);  // the last words would reach beyond the plot
+    if (middle - half < end + letter) continue;
+    end = middle + half;
+    svg += fmt::format("<text class='nl-tick' text-anchor='middle' x='{:.1f}' y='{:.1f}'>{}</text>\n", middle,
+                       y.from + 18, text);
   }
   svg += fmt::format("<line class='nl-axis' x1='{:.1f}' x2='{:.1f}' y1='{:.1f}' y2='{:.1f}'/>\n", x.from, x.to, y.from,
                      y.from);
@@ -109,19 +130,44 @@ std::string axes_svg(const Plot& plot, const Scale& x, const Scale& y) {
   return svg;
 }
 
-std::string legend_svg(const Plot& plot) {
-  std::string svg;
+constexpr double legend_row = 18;  // height of one
+
+// The legend stands right of the name of the y axis, in as many rows as it takes.
+struct LegendEntry {
+  const PlotLine* line;
+  double begin;  // of its words; the sample of its line is to the left of them
+  int row;
+};
+std::vector<LegendEntry> placed_legend(const Plot& plot) {
+  constexpr double sample = 30;
+  constexpr double gap = 20;
+  const double first = text_width(plot.y_label) + gap;
+  std::vector<LegendEntry> entries;
   double end = plot.width - right;
+  int row = 0;
   for (auto line = plot.lines.rbegin(); line != plot.lines.rend(); ++line) {
     if (line->label.empty()) continue;
-    const double begin = end - 6.6 * static_cast<double>(line->label.size());
-    svg += fmt::format("<text class='nl-label' x='{:.1f}' y='16'>{}</text>", begin, xml_escaped(line->label));
+    if (end - text_width(line->label) - sample < first && end < plot.width - right) {
+      ++row;
+      end = plot.width - right;
+    }
+    const double begin = end - text_width(line->label);
+    entries.push_back({&*line, begin, row});
+    end = begin - sample - gap;
+  }
+  return entries;
+}
+
+std::string legend_svg(const Plot& plot) {
+  std::string svg;
+  for (const auto& [line, begin, row] : placed_legend(plot)) {
+    const double base = 16 + legend_row * row;
+    svg += fmt::format("<text class='nl-label' x='{:.1f}' y='{:.1f}'>{}</text>", begin, base, xml_escaped(line->label));
     if (line->style == PlotLine::Style::points)
-      svg += fmt::format("<circle class='nl-points' cx='{:.1f}' cy='12' r='4'/>\n", begin - 13);
+      svg += fmt::format("<circle class='nl-points' cx='{:.1f}' cy='{:.1f}' r='4'/>\n", begin - 13, base - 4);
     else
-      svg += fmt::format("<line class='{}' x1='{:.1f}' x2='{:.1f}' y1='12' y2='12'/>\n", style_class(line->style),
-                         begin - 30, begin - 7);
-    end = begin - 50;
+      svg += fmt::format("<line class='{0}' x1='{1:.1f}' x2='{2:.1f}' y1='{3:.1f}' y2='{3:.1f}'/>\n",
+                         style_class(line->style), begin - 30, begin - 7, base - 4);
   }
   return svg;
 }
@@ -137,16 +183,16 @@ class NotePlacer {
  public:
   void avoid_marker(double x, double y) { taken_.push_back({x - 4, x + 4, y - 4, y + 4}); }
   void avoid_text(double begin, double base, double width) {
-    taken_.push_back({begin, begin + width, base - 9, base + 1});
+    taken_.push_back({begin, begin + width, base - 11, base + 1});
   }
 
   // Below to the left of the point, where a falling curve leaves room, else above to the right, else nothing.
   std::string svg(const std::string& text, double x, double y) {
-    const double width = 5.8 * static_cast<double>(text.size());
+    const double width = text_width(text);
     for (const bool below : {true, false}) {
       const double begin = below ? x - 6 - width : x + 6;
       const double base = below ? y + 14 : y - 6;
-      const Box box{begin, begin + width, base - 9, base + 1};
+      const Box box{begin, begin + width, base - 11, base + 1};
       if (begin < left || box.x1 > right_end_ || std::any_of(taken_.begin(), taken_.end(), [&](const Box& other) {
             return box.x0 < other.x1 && other.x0 < box.x1 && box.y0 < other.y1 && other.y0 < box.y1;
           }))
@@ -223,7 +269,7 @@ constexpr const char* plot_style =
     ".nl-front{fill:none;stroke:#2fa56b;stroke-opacity:.3;stroke-width:11;stroke-linejoin:round;stroke-linecap:round}"
     ".nl-points{fill:none;stroke:#8a63c7;stroke-width:1.6}.nl-main.nl-dot{fill:#2f7ed8}.nl-second.nl-dot{fill:#d8722f}"
     ".nl-points.nl-dot{fill:#8a63c7;fill-opacity:.25}.nl-ring{fill:none;stroke:currentColor;stroke-width:1.6}"
-    ".nl-mark{font-weight:600}.nl-note{font-size:10px;opacity:.65}</style>\n";
+    ".nl-mark{font-weight:600}.nl-note{opacity:.65}</style>\n";
 
 }  // namespace
 
@@ -263,8 +309,10 @@ std::string xml_escaped(const std::string& text) {
 }
 
 std::string plot_svg(const Plot& plot) {
+  const std::vector<LegendEntry> legend = placed_legend(plot);
+  const double legend_height = legend.empty() ? 0 : legend_row * legend.back().row;
   Scale x{.from = left, .to = plot.width - right, .log = plot.log_x};
-  Scale y{.from = plot.height - bottom, .to = top, .log = plot.log_y};
+  Scale y{.from = plot.height - bottom, .to = top + legend_height, .log = plot.log_y};
   for (const PlotLine& line : plot.lines) {
     for (std::size_t i = 0; i < std::min(line.x.size(), line.y.size()); ++i) {
       if (!x.holds(line.x[i]) || !y.holds(line.y[i])) continue;
@@ -282,6 +330,7 @@ std::string plot_svg(const Plot& plot) {
     x.widen(0.04);
     y.widen(0.08);
   }
+  for (const double tick : ticks_of(y, y_ticks)) x.from = std::max(x.from, text_width(tick_text(tick)) + 12);
   std::string svg = fmt::format(
       "<svg xmlns='http://www.w3.org/2000/svg' class='nl-plot' viewBox='0 0 {} {}' role='img'>\n<title>{}</title>\n",
       plot.width, plot.height, xml_escaped(plot.title));
@@ -291,5 +340,35 @@ std::string plot_svg(const Plot& plot) {
   for (const PlotMark& mark : plot.marks) svg += mark_svg(mark, plot, x, y);
   return svg + legend_svg(plot) + "</svg>\n";
 }
+
+std::string picture_with_axes(const std::string& image_source, int width, int height, const PictureAxes& axes) {
+  constexpr double above = 8;
+  const double base = above + height;
+  std::string svg = fmt::format(
+      "<svg xmlns='http://www.w3.org/2000/svg' class='nl-plot nl-picture' viewBox='0 0 {} {:.0f}' role='img'>\n"
+      "<title>{}</title>\n{}<image href='{}' x='{}' y='{}' width='{}' height='{}'/>\n",
+      picture_width_with_axes(width), base + bottom, xml_escaped(axes.title), plot_style, image_source, left, above,
+      width, height);
+  for (const double frequency : {-0.5, 0.0, 0.5}) {
+    const double px = left + (frequency + 0.5) * width;
+    const double py = base - (frequency + 0.5) * height;
+    svg +=
+        fmt::format("<line class='nl-axis' x1='{0:.1f}' x2='{0:.1f}' y1='{1:.1f}' y2='{2:.1f}'/>", px, base, base + 5);
+    svg += fmt::format("<text class='nl-tick' text-anchor='middle' x='{:.1f}' y='{:.1f}'>{}</text>\n", px, base + 18,
+                       tick_text(frequency));
+    svg +=
+        fmt::format("<line class='nl-axis' x1='{:.1f}' x2='{:.1f}' y1='{:.1f}' y2='{:.1f}'/>", left - 5, left, py, py);
+    svg += fmt::format("<text class='nl-tick' text-anchor='end' x='{:.1f}' y='{:.1f}'>{}</text>\n", left - 7, py + 4,
+                       tick_text(frequency));
+  }
+  svg += fmt::format("<text class='nl-label' text-anchor='middle' x='{:.1f}' y='{:.1f}'>{}</text>\n",
+                     left + width / 2.0, base + bottom - 8, xml_escaped(axes.x_label));
+  svg += fmt::format(
+      "<text class='nl-label' text-anchor='middle' transform='translate(13 {:.1f}) rotate(-90)'>{}</text>\n",
+      above + height / 2.0, xml_escaped(axes.y_label));
+  return svg + "</svg>\n";
+}
+
+int picture_width_with_axes(int width) { return static_cast<int>(left + right) + width; }
 
 }  // namespace noiseloom

@@ -4,17 +4,21 @@
 
 #include <algorithm>
 
+#include "noiseloom/report/number_text.h"
 #include "noiseloom/report/plot.h"
 
 namespace noiseloom {
 namespace {
 
+// The page is 1000 pixels wide, of which a figure has page_width. Pictures are shown pixel by pixel; where the window
+// is too narrow for that they are scaled smoothly. Nothing is drawn inside an image's box, which would scale it too.
 constexpr const char* style = R"(
 :root { color-scheme: light dark; --ink: #1d2430; --soft: #5d6778; --line: #dfe3ea; --page: #f6f7f9; --card: #fff;
   --accent: #2f7ed8; }
 @media (prefers-color-scheme: dark) { :root { --ink: #e6e9ef; --soft: #9aa4b5; --line: #333a46; --page: #14171c;
   --card: #1c2027; } }
 * { box-sizing: border-box; }
+html { background: var(--page); }
 body { margin: 0; background: var(--page); color: var(--ink); font: 15px/1.5 system-ui, sans-serif; }
 main { max-width: 1000px; margin: 0 auto; padding: 32px 20px 60px; }
 h1 { margin: 0; font-size: 26px; overflow-wrap: anywhere; }
@@ -28,10 +32,12 @@ section { background: var(--card); border: 1px solid var(--line); border-radius:
 .headline b { display: block; font-size: 30px; font-weight: 650; line-height: 1.2; }
 .headline span { color: var(--soft); }
 .figures { display: flex; flex-wrap: wrap; gap: 22px; align-items: flex-start; }
-figure { margin: 0; max-width: 100%; }
-figure.wide { flex: 1 1 420px; min-width: 300px; }
-figure img { display: block; width: 100%; height: auto; image-rendering: pixelated; border: 1px solid var(--line); }
-figure svg { display: block; width: 100%; height: auto; color: var(--ink) !important; }
+figure { margin: 0; max-width: 100%; overflow-x: auto; }
+figure.wide { flex: 1 1 465px; min-width: min(465px, 100%); }
+figure img { display: block; max-width: 100%; height: auto; box-shadow: 0 0 0 1px var(--line); }
+figure svg { display: block; width: 100%; min-width: 465px; height: auto; color: var(--ink) !important; }
+figure svg.nl-picture { min-width: 0; }
+@media (min-width: 1040px) { figure img, .nl-picture image { image-rendering: pixelated; } }
 figcaption { color: var(--soft); font-size: 13px; margin-top: 6px; max-width: 70ch; }
 table { border-collapse: collapse; width: 100%; }
 th, td { text-align: left; vertical-align: top; padding: 5px 14px 5px 0; border-top: 1px solid var(--line); }
@@ -50,7 +56,21 @@ td.number { width: 1%; white-space: nowrap; }
 .data tr.command td { border-top: 0; padding: 0 0 8px; text-align: left; white-space: normal; }
 code { font: 12px/1.45 ui-monospace, Menlo, Consolas, monospace; color: var(--soft); overflow-wrap: anywhere; }
 pre { overflow-x: auto; margin: 8px 0 0; font-size: 13px; }
-summary { cursor: pointer; font-weight: 600; }
+footer { margin-top: 18px; color: var(--soft); font-size: 13px; }
+@page { margin: 12mm; }
+@media print {
+  :root { color-scheme: light; --ink: #000; --soft: #444; --line: #bbb; --page: #fff; --card: #fff; }
+  * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+  body { font-size: 13px; } figcaption, footer, pre { font-size: 12px; }
+  main { max-width: none; padding: 0; }
+  section { border: 0; border-top: 1px solid var(--line); border-radius: 0; padding: 14px 0 0; }
+  h2, h2 + p, tr:first-child { break-after: avoid; } tr:last-child { break-before: avoid; }
+  figure, tr, section > p, .headline { break-inside: avoid; }
+  .figures { zoom: .8; } figure img { box-shadow: none; }
+  figure, .wide-table, pre { overflow: visible; }
+  figure.wide { flex-basis: 100%; } figure svg { min-width: 0; }
+  pre { white-space: pre-wrap; }
+}
 )";
 
 std::string summary_table(const std::vector<ReportRow>& rows) {
@@ -64,14 +84,14 @@ std::string score_table(const std::vector<ReportScore>& scores) {
   double longest = 1;
   for (const ReportScore& score : scores) longest = std::max(longest, score.relative_error);
   std::string html =
-      "<section>\n<h2>Under other filters</h2>\n<p>Relative error R after each filter; white noise has 1. Noise made "
-      "for "
-      "one filter is seldom the best for another.</p>\n<table>\n";
+      "<section>\n<h2>Under other filters</h2>\n<p>R of the whole texture, as at the top of the page, but after each "
+      "of these filters; white noise has 1. Noise made for one filter is seldom the best for another.</p>\n<table>\n";
   for (const ReportScore& score : scores)
     html += fmt::format(
-        "<tr><td>{}</td><td class='number'>{:.4f}</td><td class='bar'><i style='width:{:.1f}%'></i></td>"
+        "<tr><td>{}</td><td class='number'>{}</td><td class='bar'><i style='width:{:.1f}%'></i></td>"
         "</tr>\n",
-        xml_escaped(score.filter), score.relative_error, 100 * std::clamp(score.relative_error / longest, 0.0, 1.0));
+        xml_escaped(score.filter), error_text(score.relative_error),
+        100 * std::clamp(score.relative_error / longest, 0.0, 1.0));
   return html + "</table>\n</section>\n";
 }
 
@@ -114,6 +134,17 @@ std::string findings_html(const std::vector<std::string>& findings) {
   return html + "</section>\n";
 }
 
+std::string origin_html(const ReportOrigin& origin) {
+  std::string text;
+  const auto add = [&](const std::string& part) {
+    if (!part.empty()) text += (text.empty() ? "" : ", ") + part;
+  };
+  add(origin.version.empty() ? "" : "noiseloom " + xml_escaped(origin.version));
+  add(xml_escaped(origin.date));
+  if (!origin.command.empty()) text += fmt::format("<br><code>{}</code>", xml_escaped(origin.command));
+  return text.empty() ? "" : fmt::format("<footer>Made by {}</footer>\n", text);
+}
+
 }  // namespace
 
 std::string base64(std::span<const std::byte> bytes) {
@@ -129,8 +160,11 @@ std::string base64(std::span<const std::byte> bytes) {
   return text;
 }
 
-std::string embedded_png(std::span<const std::byte> png, const std::string& alternative_text) {
-  return fmt::format("<img alt='{}' src='data:image/png;base64,{}'>", xml_escaped(alternative_text), base64(png));
+std::string embedded_source(std::span<const std::byte> png) { return "data:image/png;base64," + base64(png); }
+
+std::string embedded_png(std::span<const std::byte> png, int width, int height, const std::string& alternative_text) {
+  return fmt::format("<img alt='{}' width='{}' height='{}' src='{}'>", xml_escaped(alternative_text), width, height,
+                     embedded_source(png));
 }
 
 std::string report_html(const Report& report) {
@@ -149,8 +183,8 @@ std::string report_html(const Report& report) {
   if (!report.findings.empty()) html += summary_table(report.summary);
   if (!report.scores.empty()) html += score_table(report.scores);
   if (!report.config.empty())
-    html += fmt::format("<section>\n<details><summary>Config</summary>\n<pre>{}</pre></details>\n</section>\n",
-                        xml_escaped(report.config));
+    html += fmt::format("<section>\n<h2>Config</h2>\n<pre>{}</pre>\n</section>\n", xml_escaped(report.config));
+  html += origin_html(report.origin);
   return html + "</main>\n</body>\n</html>\n";
 }
 

@@ -25,6 +25,10 @@ constexpr auto visit_state = [](auto& state, const auto& visit) {
   visit("mean_magnitude", state.mean_magnitude);
   visit("mean_distance", state.mean_distance);
   visit("round_score", state.round_score);
+  visit("relative_error", state.relative_error);
+  visit("iterations", state.iterations);
+  visit("scored_iterations", state.scored_iterations);
+  visit("scored_step", state.scored_step);
   visit("finished", state.finished);
 };
 
@@ -70,7 +74,7 @@ std::vector<SliceDataset> run_datasets(const SampleSource& source) {
 }
 
 std::string save_run(FileOps& ops, const std::string& path, const RunConfig& config, const SampleSource& source,
-                     Engine& engine, const Communicator& communicator, const std::string& inputs,
+                     SwapOptimizer& engine, const Communicator& communicator, const std::string& inputs,
                      const std::map<std::string, Attribute>& provenance) {
   RunFileContent content = content_of(config, engine.state(), visit_state, visit_row, inputs, provenance);
   content.datasets = run_datasets(source);
@@ -88,12 +92,25 @@ std::string save_run(FileOps& ops, const std::string& path, const RunConfig& con
   return publish_run(ops, path, content, engine.partition(), communicator, produce);
 }
 
-EngineState engine_state(const RunFileContent& content) {
-  return state_of<EngineState>(content, visit_state, visit_row);
+// Files of version 0.1.0 do not say where R was evaluated last: where the last row of the history is.
+SwapState engine_state(const RunFileContent& content) {
+  if (content.state.contains("scored_iterations")) return state_of<SwapState>(content, visit_state, visit_row);
+  RunFileContent completed = content;
+  double error = 0;
+  double iterations = 0;
+  for (const auto& [column, values] : content.history) {
+    if (column == "relative_error" && !values.empty()) error = values.back();
+    if (column == "iterations" && !values.empty()) iterations = values.back();
+  }
+  completed.state["relative_error"] = error;
+  completed.state["iterations"] = completed.state["scored_iterations"] = std::int64_t(iterations);
+  completed.state["scored_step"] = std::int64_t{0};
+  return state_of<SwapState>(completed, visit_state, visit_row);
 }
 
-void restore_run(const RunFileReader* file, const Extents& extents, Engine& engine, const Communicator& communicator) {
-  EngineState state;
+void restore_run(const RunFileReader* file, const Extents& extents, SwapOptimizer& engine,
+                 const Communicator& communicator) {
+  SwapState state;
   int samples = -1;
   int permutation = -1;
   communicator.on_root([&] {

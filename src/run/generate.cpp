@@ -260,7 +260,8 @@ GenerateResult Generation::run() {
   begin();
   if (resumed_ && !job_->finished()) probe();
   std::string checksum = stored_checksum_;
-  if (!job_->finished()) {
+  // A run may be over as it starts, where nothing can be swapped; only a resumed one is saved already.
+  if (!resumed_ || !job_->finished()) {
     const SaveRun save_now = [this](SaveMoment moment) { return save(moment); };
     RunLoop loop(*job_, request_.loop, earlier_s_, surroundings_, save_now, communicator_, progress_);
     LoopResult end;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "noiseloom/anneal/engine.h"
+#include "noiseloom/anneal/swap_optimizer.h"
 #include "noiseloom/core/quantity_text.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom/run/job.h"
@@ -13,6 +13,8 @@
 
 namespace noiseloom {
 namespace {
+
+constexpr double quick_score_s = 0.5;
 
 class SwapJob : public Job {
  public:
@@ -25,20 +27,26 @@ class SwapJob : public Job {
     communicator_ = &communicator;
     communicator.together([&] {
       naming_shortage("taking up filter, features and texture",
-                      [&] { engine_.emplace(config_.problem, config_.optimizer, source_, communicator, pool); });
+                      [&] { optimizer_.emplace(config_.problem, config_.optimizer, source_, communicator, pool); });
     });
   }
-  void start(double) override { engine_->start(); }
+  void start(double) override { optimizer_->start(); }
   void restore(const RunFileReader* saved) override {
-    restore_run(saved, config_.problem.extents, *engine_, *communicator_);
+    restore_run(saved, config_.problem.extents, *optimizer_, *communicator_);
   }
-  void step(double run_s) override { engine_->step(run_s); }
-  bool finished() const override { return engine_->finished(); }
+  void step(double run_s) override { optimizer_->step(run_s); }
+  bool finished() const override { return optimizer_->finished(); }
   std::string save(const SaveTarget& target) override {
-    return save_run(posix_file_ops(), target.path, config_, source_, *engine_, *communicator_, target.inputs,
+    return save_run(posix_file_ops(), target.path, config_, source_, *optimizer_, *communicator_, target.inputs,
                     target.provenance);
   }
 
+  // R at the stop belongs into the file. Where it takes long, what a second signal could destroy is saved first.
+  std::string save_at_stop(const SaveTarget& target) override {
+    if (!optimizer_->scores_within(quick_score_s)) save(target);
+    optimizer_->score_now();
+    return save(target);
+  }
   std::vector<SliceDataset> datasets() const override { return run_datasets(source_); }
   std::string start_words() const override {
     return "placing the samples, then two scores: the mean distance of all samples, and R of the start";
@@ -48,25 +56,33 @@ class SwapJob : public Job {
     return fmt::format("{} of {}, {}", config_.problem.extents.to_string(), sample_space_name(config_.problem.samples),
                        config_.optimizer.method == Method::fast ? "fast" : "anneal");
   }
-  bool is_coupled() const override { return engine_->couples_slices(); }
+  bool is_coupled() const override { return optimizer_->couples_slices(); }
   std::string position() const override {
-    return fmt::format("iteration {}, R {:.5f}", engine_->iterations(), engine_->history().back().relative_error);
+    return fmt::format("iteration {}, {}", optimizer_->iterations(), score_text());
   }
-  std::size_t num_rows() const override { return engine_->history().size(); }
+  std::size_t num_rows() const override { return optimizer_->history().size(); }
   ProgressFigures figures(double run_s, double part_s) override;
   std::vector<std::pair<std::string, std::string>> summary(double run_s) override;
 
  private:
+  // R as last evaluated, and where that was unless it is R now.
+  std::string score_text() const {
+    const std::string at = optimizer_->last_score_is_current()
+                               ? ""
+                               : fmt::format(" (at iteration {})", optimizer_->last_score_at_iteration());
+    return fmt::format("R {:.5f}{}", optimizer_->last_score(), at);
+  }
+
   const RunConfig& config_;
   SampleSource source_;
   const Communicator* communicator_ = nullptr;
-  std::optional<Engine> engine_;
+  std::optional<SwapOptimizer> optimizer_;
   Pace pace_;
 };
 
 ProgressFigures SwapJob::figures(double run_s, double part_s) {
-  const Moment moment = engine_->moment();
-  const SweepFigures& sweep = engine_->last_sweep();
+  const Moment moment = optimizer_->moment();
+  const SweepFigures& sweep = optimizer_->last_sweep();
   const StopSpec& stop = config_.optimizer.stop;
   const bool by_time = stop.time_s > 0;
   ProgressFigures f;
@@ -80,35 +96,37 @@ ProgressFigures SwapJob::figures(double run_s, double part_s) {
   } else if (stop.iterations > 0) {
     f.left_s = left;
   }
-  const double candidates = static_cast<double>(engine_->candidates_done()) * communicator_->size();
+  const double candidates = static_cast<double>(optimizer_->candidates_done()) * communicator_->size();
   const double rate = part_s > 0 ? candidates / part_s : 0;
   f.json = fmt::format(
       "\"iterations\": {}, \"of\": {}, \"temperature\": {:.6g}, \"acceptance\": {:.6g}, \"relative_error\": {:.8g}, "
+      "\"scored_at\": {}, "
       "\"candidates_per_second\": {:.6g}, \"seconds\": {:.3f}",
-      engine_->iterations(), stop.iterations, sweep.temperature, sweep.acceptance, sweep.relative_error, rate, run_s);
+      optimizer_->iterations(), stop.iterations, sweep.temperature, sweep.acceptance, optimizer_->last_score(),
+      optimizer_->last_score_at_iteration(), rate, run_s);
   const std::string pace = rate_text(rate, "candidates");
-  f.bar = fmt::format("R {:.5f}  accepted {:.1f} %  {}", sweep.relative_error, 100 * sweep.acceptance, pace);
-  f.plain = fmt::format("iteration {}{}  {} {:.3g}  accepted {:.1f} %  R {:.5f}  {}  {}", engine_->iterations(),
+  f.bar = fmt::format("{}  accepted {:.1f} %  {}", score_text(), 100 * sweep.acceptance, pace);
+  f.plain = fmt::format("iteration {}{}  {} {:.3g}  accepted {:.1f} %  {}  {}  {}", optimizer_->iterations(),
                         stop.iterations > 0 ? fmt::format("/{}", stop.iterations) : "",
                         config_.optimizer.method == Method::fast ? "gamma" : "T", sweep.temperature,
-                        100 * sweep.acceptance, sweep.relative_error, pace, duration_text(run_s));
+                        100 * sweep.acceptance, score_text(), pace, duration_text(run_s));
   return f;
 }
 
 std::vector<std::pair<std::string, std::string>> SwapJob::summary(double run_s) {
-  std::int64_t totals[] = {engine_->candidates_done(), engine_->bytes_sent(), engine_->messages_sent()};
+  std::int64_t totals[] = {optimizer_->candidates_done(), optimizer_->bytes_sent(), optimizer_->messages_sent()};
   communicator_->sum(totals);
   const auto candidates = static_cast<double>(totals[0]);
   const auto bytes = static_cast<double>(totals[1]);
-  const std::vector<HistoryRow>& history = engine_->history();
+  const std::vector<HistoryRow>& history = optimizer_->history();
   std::vector<std::pair<std::string, std::string>> lines = {
       {"R", fmt::format("{:.5f}   (white noise 1, at the start {:.5f})", history.back().relative_error,
                         history.front().relative_error)},
-      {"effort", fmt::format("{} iterations, {:.3g} candidates in this part, {}", engine_->iterations(), candidates,
+      {"effort", fmt::format("{} iterations, {:.3g} candidates in this part, {}", optimizer_->iterations(), candidates,
                              duration_text(run_s))},
-      {"stopped by", engine_->finished_by()}};
+      {"stopped by", ended_text(optimizer_->finished_by())}};
   if (communicator_->size() > 1) {
-    const double visits = candidates * 2 / static_cast<double>(engine_->iterations_per_sweep());
+    const double visits = candidates * 2 / static_cast<double>(optimizer_->iterations_per_sweep());
     lines.emplace_back("exchange",
                        fmt::format("{} messages, {:.3g} MB between ranks in this part, {:.3g} B a sample and sweep",
                                    totals[2], bytes / 1e6, candidates > 0 ? bytes / visits : 0.0));

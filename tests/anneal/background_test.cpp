@@ -82,8 +82,8 @@ TEST(Background, IsTheLowRankKernelSummedOverTheOtherSlices) {
       const ValueKernel kernel = test::kernel_of(space, ValueKernelKind::distance, one.extents.num_axes());
       const Texture texture(footprint, kernel, 5);
       const FeatureMap map(kernel, 19, samples_of(texture, 1));
-      const auto with = make_swap_delta(footprint, kernel, Precision::single, &map);
-      const auto exact = make_swap_delta(footprint, kernel, Precision::dual);
+      const auto with = make_swap_delta(footprint, kernel, Precision::float32, &map);
+      const auto exact = make_swap_delta(footprint, kernel, Precision::float64);
       with->bind(1, texture.field(1), texture.field_of());
       exact->bind(1, texture.field(1), texture.field_of());
       const auto low_rank = [&](const float* a, const float* b) {
@@ -162,7 +162,7 @@ TEST(Background, HasTheSameBitsOnAllInstructionSets) {
       const FeatureMap map(kernel, 16, samples_of(texture, 1));
       const auto values = [&](std::int64_t target) {
         hwy::SetSupportedTargetsForTest(target);
-        const auto delta = make_swap_delta(footprint, kernel, Precision::single, &map);
+        const auto delta = make_swap_delta(footprint, kernel, Precision::float32, &map);
         delta->bind(1, texture.field(1), texture.field_of());
         hwy::SetSupportedTargetsForTest(0);
         std::vector<double> all;
@@ -183,8 +183,8 @@ TEST(Background, FollowsTheSwapsOfItsSlice) {
   const ValueKernel kernel = test::kernel_of(test::all_spaces()[3], ValueKernelKind::distance, 3);
   Texture texture(footprint, kernel, 5);
   const FeatureMap map(kernel, 16, samples_of(texture, 1));
-  const auto swapped = make_swap_delta(footprint, kernel, Precision::single, &map);
-  const auto bound = make_swap_delta(footprint, kernel, Precision::single, &map);
+  const auto swapped = make_swap_delta(footprint, kernel, Precision::float32, &map);
+  const auto bound = make_swap_delta(footprint, kernel, Precision::float32, &map);
   swapped->bind(2, texture.field(2), texture.field_of());
   for (std::uint32_t k = 0; k < 50; ++k) {
     const CellPair pair{k, 200 - 3 * k};

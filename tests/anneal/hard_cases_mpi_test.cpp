@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <numbers>
 
-#include "noiseloom/anneal/engine.h"
+#include "noiseloom/anneal/swap_optimizer.h"
 #include "noiseloom/files/npy.h"
 #include "support/filter_specs.h"
 #include "support/oracle.h"
@@ -19,7 +19,7 @@ namespace {
 
 using namespace testing_support;
 
-oracle::Texture texture_of(const Engine& engine, const Extents& extents, const SampleSource& source) {
+oracle::Texture texture_of(const SwapOptimizer& engine, const Extents& extents, const SampleSource& source) {
   oracle::Texture texture{extents, source.channels(), source.distance(), {}};
   texture.values.reserve(static_cast<std::size_t>(extents.num_cells()) * static_cast<std::size_t>(texture.channels));
   for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
@@ -33,7 +33,7 @@ oracle::Texture texture_of(const Engine& engine, const Extents& extents, const S
   return texture;
 }
 
-void expect_samples_kept(const Engine& engine, const SampleSource& source) {
+void expect_samples_kept(const SwapOptimizer& engine, const SampleSource& source) {
   const auto channels = static_cast<std::size_t>(source.channels());
   for (SliceIndex slice = 0; slice < source.num_slices(); ++slice) {
     const std::vector<float> list = source.list(slice);
@@ -74,7 +74,7 @@ class HardCases : public testing::Test {
     OptimizerSpec anneal;
     anneal.stop.iterations = 60;
     OptimizerSpec exact = anneal;
-    exact.precision = Precision::dual;
+    exact.precision = Precision::float64;
     exact.stop.iterations = 8;
     OptimizerSpec fast = anneal;
     fast.method = Method::fast;
@@ -94,7 +94,7 @@ class HardCases : public testing::Test {
     const Communicator alone = Communicator::self();
     ThreadPool pool(1);
     const SampleSource source(problem.samples, problem.extents.cells_per_slice(), problem.extents.num_slices(), 1);
-    Engine engine(problem, optimizer, source, alone, pool);
+    SwapOptimizer engine(problem, optimizer, source, alone, pool);
     engine.start();
     while (!engine.finished()) engine.step(0);
     for (const HistoryRow& row : engine.history()) {
@@ -244,18 +244,18 @@ TEST_F(HardCases, SamplesOfAnyScale) {
 // Makes the engine of a problem that stays at one temperature, in units of the mean |dE|.
 class Heated {
  public:
-  Heated(ProblemSpec problem, double temperature, std::int64_t iterations, int background_rank = 16)
+  Heated(ProblemSpec problem, double temperature, std::int64_t iterations, int background_features = 16)
       : problem_(std::move(problem)),
-        optimizer_(at(temperature, iterations, background_rank)),
+        optimizer_(at(temperature, iterations, background_features)),
         source_(problem_.samples, problem_.extents.cells_per_slice(), problem_.extents.num_slices(), 1),
         engine_(problem_, optimizer_, source_, alone_, pool_) {}
-  Engine& engine() { return engine_; }
+  SwapOptimizer& engine() { return engine_; }
   void run() {
     while (!engine().finished()) engine().step(0);
   }
   // Goes on with a state of another run of the problem as if it were the start.
-  void restart(Engine& from) {
-    EngineState state = from.state();
+  void restart(SwapOptimizer& from) {
+    SwapState state = from.state();
     state.sweep = state.step = 0;
     state.finished.clear();
     engine().restore(state, [&from](SliceIndex slice) { return from.permutation(slice); });
@@ -263,11 +263,11 @@ class Heated {
   void expect_kept() { expect_samples_kept(engine(), source_); }
 
  private:
-  static OptimizerSpec at(double temperature, std::int64_t iterations, int background_rank) {
+  static OptimizerSpec at(double temperature, std::int64_t iterations, int background_features) {
     OptimizerSpec optimizer;
     optimizer.temperature_start = optimizer.temperature_end = temperature;
     optimizer.stop.iterations = iterations;
-    optimizer.background_rank = background_rank;
+    optimizer.background_features = background_features;
     return optimizer;
   }
 
@@ -276,7 +276,7 @@ class Heated {
   Communicator alone_ = Communicator::self();
   ThreadPool pool_{1};
   SampleSource source_;
-  Engine engine_;
+  SwapOptimizer engine_;
 };
 
 ProblemSpec slices_of_scalars(std::vector<std::int64_t> sizes) {

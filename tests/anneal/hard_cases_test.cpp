@@ -62,13 +62,13 @@ double drift(SampleKind kind, Precision precision, int count) {
 constexpr int million = under_sanitizers ? 20'000 : 1'000'000;
 
 TEST(HardCases, AMillionSwapsInDoubleLeaveNoDrift) {
-  EXPECT_LT(drift(SampleKind::uniform, Precision::dual, million), 1e-10);
-  EXPECT_LT(drift(SampleKind::sphere, Precision::dual, 3000), 1e-10);  // fewer: 100 times as slow
+  EXPECT_LT(drift(SampleKind::uniform, Precision::float64, million), 1e-10);
+  EXPECT_LT(drift(SampleKind::sphere, Precision::float64, 3000), 1e-10);  // fewer: 100 times as slow
 }
 
 TEST(HardCases, AMillionSwapsInFloatDriftByLessThanAHundredThousandth) {
   for (const SampleKind kind : {SampleKind::uniform, SampleKind::circle, SampleKind::sphere}) {
-    EXPECT_LT(drift(kind, Precision::single, million), 1e-5);
+    EXPECT_LT(drift(kind, Precision::float32, million), 1e-5);
   }
 }
 

@@ -66,7 +66,7 @@ class CoupledTexture {
 
   void move(const std::vector<SliceIndex>& members, std::uint32_t sweep) {
     const PartnerDraw partners(extents_.cells_per_slice(), {64}, false);
-    AnnealMover mover(make_swap_delta(footprint_, {}, Precision::single));
+    AnnealMover mover(make_swap_delta(footprint_, {}, Precision::float32));
     std::vector<VisitResult> results;
     for (const SliceIndex slice : members) {
       const auto k = static_cast<std::size_t>(slice);

@@ -11,7 +11,7 @@
 
 #include "anneal/proposals.h"
 #include "anneal/texture_fixture.h"
-#include "noiseloom/anneal/engine_choices.h"
+#include "noiseloom/anneal/swap_choices.h"
 #include "noiseloom/core/random.h"
 
 namespace noiseloom {
@@ -32,7 +32,7 @@ class Movers : public ::testing::Test {
     std::iota(ids.begin(), ids.end(), 0U);
     return ids;
   }
-  AnnealMover anneal_mover() const { return AnnealMover(make_swap_delta(footprint_, kernel_, Precision::dual)); }
+  AnnealMover anneal_mover() const { return AnnealMover(make_swap_delta(footprint_, kernel_, Precision::float64)); }
 };
 
 void apply(const VisitResult& result, SliceField& field) {
@@ -104,7 +104,7 @@ TEST_F(Movers, EqualSamplesNeverMakeAChange) {
 
 TEST_F(Movers, PairingSwapsDisjointPairsThatEachLowerTheEnergy) {
   Texture texture(footprint_, kernel_, 5);
-  PairingMover mover(make_swap_delta(footprint_, kernel_, Precision::dual));
+  PairingMover mover(make_swap_delta(footprint_, kernel_, Precision::float64));
   const VisitResult result = mover.visit({1, 0, 9}, 1, texture.field(1), texture.field_of());
   EXPECT_GE(result.candidates, cells_ / 2 - 1);
   EXPECT_GT(result.swaps.size(), 0U);
@@ -144,7 +144,7 @@ TEST(PartnerDraw, DrawsBetweenNearAndFar) {
 }
 
 // Steps shrink as it cools: none of a range ever grows, and the far end stays where partner() can mirror it.
-TEST(EngineChoices, StepsShrinkWithTheTemperature) {
+TEST(SwapChoices, StepsShrinkWithTheTemperature) {
   for (const DistanceKind kind :
        {DistanceKind::absolute, DistanceKind::circle, DistanceKind::euclidean, DistanceKind::angle}) {
     for (const int channels : {1, 2, 3, 4}) {
@@ -161,16 +161,16 @@ TEST(EngineChoices, StepsShrinkWithTheTemperature) {
   }
 }
 
-TEST(EngineChoices, BackgroundGrowsTowardsTheEnd) {
+TEST(SwapChoices, BackgroundGrowsTowardsTheEnd) {
   OptimizerSpec optimizer;
-  optimizer.background_rank = 8;
-  EXPECT_EQ(background_rank(optimizer, 0), 8);
-  EXPECT_EQ(background_rank(optimizer, 0.8), 32);
-  EXPECT_EQ(background_rank(optimizer, 1), 64);
-  optimizer.background_rank = 48;
-  EXPECT_EQ(background_rank(optimizer, 0.8), 64);
-  optimizer.background_rank = 0;
-  EXPECT_EQ(background_rank(optimizer, 1), 0);
+  optimizer.background_features = 8;
+  EXPECT_EQ(num_features(optimizer, 0), 8);
+  EXPECT_EQ(num_features(optimizer, 0.8), 32);
+  EXPECT_EQ(num_features(optimizer, 1), 64);
+  optimizer.background_features = 48;
+  EXPECT_EQ(num_features(optimizer, 0.8), 64);
+  optimizer.background_features = 0;
+  EXPECT_EQ(num_features(optimizer, 1), 0);
 }
 
 // Also for slices of one, two and three samples.

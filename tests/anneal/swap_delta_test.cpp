@@ -64,7 +64,7 @@ class SwapDeltaOfSpace : public ::testing::TestWithParam<DeltaCase> {};
 
 TEST_P(SwapDeltaOfSpace, IsTheChangeOfTheEnergyInDouble) {
   for (const FilterCase& filter : filters()) {
-    EXPECT_LT(largest_error(filter, GetParam().space, GetParam().kind, Precision::dual), 1e-9) << filter.name;
+    EXPECT_LT(largest_error(filter, GetParam().space, GetParam().kind, Precision::float64), 1e-9) << filter.name;
   }
 }
 
@@ -72,7 +72,7 @@ TEST_P(SwapDeltaOfSpace, IsTheChangeOfTheEnergyInFloat) {
   // Directions of the plane nearly oppose each other often, where a float chord resolves 5e-4 radians.
   const double tolerance = GetParam().space.name == "direction2" ? 1e-4 : 1e-5;
   for (const FilterCase& filter : filters()) {
-    EXPECT_LT(largest_error(filter, GetParam().space, GetParam().kind, Precision::single), tolerance) << filter.name;
+    EXPECT_LT(largest_error(filter, GetParam().space, GetParam().kind, Precision::float32), tolerance) << filter.name;
   }
 }
 
@@ -82,7 +82,7 @@ std::vector<double> all_deltas(const FilterCase& filter, const DeltaCase& delta_
   const Footprint footprint(filter.extents, filter.filter);
   const ValueKernel kernel = test::kernel_of(delta_case.space, delta_case.kind, filter.extents.num_axes());
   const Texture texture(footprint, kernel, 11);
-  const auto delta = make_swap_delta(footprint, kernel, Precision::single);
+  const auto delta = make_swap_delta(footprint, kernel, Precision::float32);
   hwy::SetSupportedTargetsForTest(0);
   delta->bind(0, texture.field(0), texture.field_of());
   std::vector<double> values;
@@ -109,8 +109,8 @@ TEST_P(SwapDeltaOfSpace, FollowsTheSwapsThatItMakes) {
     const Footprint footprint(filter.extents, filter.filter);
     const ValueKernel kernel = test::kernel_of(GetParam().space, GetParam().kind, filter.extents.num_axes());
     Texture texture(footprint, kernel, 13);
-    const auto swapped = make_swap_delta(footprint, kernel, Precision::single);
-    const auto bound = make_swap_delta(footprint, kernel, Precision::single);
+    const auto swapped = make_swap_delta(footprint, kernel, Precision::float32);
+    const auto bound = make_swap_delta(footprint, kernel, Precision::float32);
     swapped->bind(0, texture.field(0), texture.field_of());
     for (const auto& [i, j] : {std::pair<Cell, Cell>{0, cells - 1}, {cells / 2, 0}, {cells / 3, cells - 1}}) {
       swapped->swap(test::pair(i, j));

@@ -116,8 +116,8 @@ TEST_P(Windows, JudgeSwapsAsTheWholeSliceDoes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Both, Windows, ::testing::Values(Precision::single, Precision::dual),
-                         [](const auto& test) { return test.param == Precision::single ? "float" : "double"; });
+INSTANTIATE_TEST_SUITE_P(Both, Windows, ::testing::Values(Precision::float32, Precision::float64),
+                         [](const auto& test) { return test.param == Precision::float32 ? "float" : "double"; });
 
 TEST(Windows, WithABackgroundJudgeSwapsAsTheWholeSliceDoes) {
   const Extents extents({23, 19, 8});
@@ -127,10 +127,10 @@ TEST(Windows, WithABackgroundJudgeSwapsAsTheWholeSliceDoes) {
   std::vector<float> list(static_cast<std::size_t>(extents.cells_per_slice()));
   texture.field(0).interleaved(list);
   const FeatureMap map(kernel, 8, list);
-  const auto whole = make_swap_delta(footprint, kernel, Precision::single, &map);
+  const auto whole = make_swap_delta(footprint, kernel, Precision::float32, &map);
   whole->bind(1, texture.field(1), texture.field_of());
   const WindowSize size{9, 7};
-  const auto part = make_swap_delta(footprint, kernel, Precision::single, &map, size);
+  const auto part = make_swap_delta(footprint, kernel, Precision::float32, &map, size);
   part->bind(1, {20, 15}, texture.field(1), texture.field_of());
   for (Cell i = 1; i < 63; ++i) {
     const auto in_slice = [&](Cell cell) {
@@ -149,7 +149,7 @@ TEST(Tiles, SwapsOfAllTilesTogetherChangeTheEnergyByTheirSum) {
   ASSERT_GT(grid.num_tiles(), 1);
   std::vector<std::uint32_t> ids(83 * 71);
   std::iota(ids.begin(), ids.end(), 0U);
-  AnnealMover mover(make_swap_delta(footprint, kernel, Precision::dual, nullptr, grid.window()));
+  AnnealMover mover(make_swap_delta(footprint, kernel, Precision::float64, nullptr, grid.window()));
   const PartnerDraw partners(grid.window().width * grid.window().height, {8}, false);
   const double start = texture.energy();
   double change = 0;

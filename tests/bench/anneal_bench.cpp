@@ -81,7 +81,7 @@ void judge(benchmark::State& state, const Space& space, const KernelSpec& kernel
     fields.emplace_back(FieldLayout(footprint, source.channels()));
     fields.back().fill(start_permutation(problem.seed, slice, size * size), source.list(slice));
   }
-  const bool low_rank = num_slices > 1 && precision == Precision::single;
+  const bool low_rank = num_slices > 1 && precision == Precision::float32;
   const FeatureMap map(value_kernel, 16, source.list(0));
   const auto delta = make_swap_delta(footprint, value_kernel, precision, low_rank ? &map : nullptr);
   delta->bind(0, fields[0],
@@ -98,7 +98,7 @@ void judge(benchmark::State& state, const Space& space, const KernelSpec& kernel
     next = (next + 1) % pairs.size();
   }
   state.SetItemsProcessed(state.iterations());
-  if (num_slices == 1 && precision == Precision::single) {
+  if (num_slices == 1 && precision == Precision::float32) {
     set_limits(state, footprint, fields[0].layout(), value_kernel);
   }
 }
@@ -126,7 +126,7 @@ void register_all() {
   for (const auto& [space_name, space] : spaces()) {
     for (const auto& [kernel_name, kernel] : kernels()) {
       for (const auto& [precision_name, precision] :
-           {std::pair<std::string, Precision>{"float", Precision::single}, {"double", Precision::dual}}) {
+           {std::pair<std::string, Precision>{"float", Precision::float32}, {"double", Precision::float64}}) {
         for (const SliceIndex num_slices : {1, 16}) {
           const std::string coupling = num_slices > 1 ? "/ema16" : "";
           const std::string name = space_name + "/" + kernel_name + coupling + "/" + precision_name;

@@ -49,7 +49,7 @@ void expect_equal(const RunConfig& a, const RunConfig& b) {
   EXPECT_EQ(a.optimizer.stop.improvement, b.optimizer.stop.improvement);
   EXPECT_EQ(a.optimizer.precision, b.optimizer.precision);
   EXPECT_EQ(a.optimizer.cutoff, b.optimizer.cutoff);
-  EXPECT_EQ(a.optimizer.background_rank, b.optimizer.background_rank);
+  EXPECT_EQ(a.optimizer.background_features, b.optimizer.background_features);
   EXPECT_EQ(a.optimizer.temperature_start, b.optimizer.temperature_start);
   EXPECT_EQ(a.optimizer.temperature_end, b.optimizer.temperature_end);
   EXPECT_EQ(a.optimizer.fraction, b.optimizer.fraction);
@@ -113,7 +113,7 @@ grow_fraction = false
   EXPECT_EQ(config.optimizer.method, Method::fast);
   EXPECT_EQ(config.optimizer.stop.iterations, 0);
   EXPECT_EQ(config.optimizer.stop.improvement, 0.001);
-  EXPECT_EQ(config.optimizer.precision, Precision::dual);
+  EXPECT_EQ(config.optimizer.precision, Precision::float64);
   EXPECT_EQ(config.optimizer.cutoff, 1e-4);
   EXPECT_EQ(config.optimizer.fraction, 0.5);
   EXPECT_FALSE(config.optimizer.grow_fraction);
@@ -247,7 +247,7 @@ TEST(Config, OverridesReplaceAddAndAppend) {
   EXPECT_EQ(config.problem.filter.groups[0].kernel.size, 5);
   EXPECT_EQ(config.problem.filter.groups[1].kernel.sigma, 0.5);
   EXPECT_EQ(config.problem.filter.groups[2].axes, std::vector<int>{3});
-  EXPECT_EQ(config.optimizer.precision, Precision::dual);
+  EXPECT_EQ(config.optimizer.precision, Precision::float64);
 }
 
 TEST(Config, StopRuleOfAnOverrideReplacesThatOfTheFile) {

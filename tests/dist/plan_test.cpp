@@ -66,6 +66,27 @@ TEST_P(HaloPlans, SendWhatPeersReceive) {
 INSTANTIATE_TEST_SUITE_P(Reaches, HaloPlans,
                          testing::Values(std::pair{0, 0}, std::pair{1, 0}, std::pair{3, 1}, std::pair{9, 2}));
 
+// Slices times offsets would be 3.5e9.
+TEST(HaloPlan, OfALongRingTakesNoTimeForEveryOffset) {
+  const SliceIndex slices = 1'000'000;
+  const int reach = 3500;
+  const Extents extents({1, 1, slices});
+  const auto offsets = within(reach, 0);
+  const Partition halves(slices, 2);
+  const HaloPlan half(extents, offsets, halves, 0);
+  EXPECT_EQ(std::ssize(half.needed()), 2 * reach);
+  EXPECT_EQ(half.needed().front(), slices / 2);
+  EXPECT_EQ(half.needed().back(), slices - 1);
+  EXPECT_EQ(half.messages_per_sweep(), 2 * reach);
+  EXPECT_EQ(half.listeners(reach - 1), std::vector<int>{1});
+  EXPECT_TRUE(half.listeners(reach).empty());
+  const Partition many(slices, 500);  // of 2000 slices: a reach of 3500 tells two ranks on either side
+  const HaloPlan one(extents, offsets, many, 250);
+  EXPECT_EQ(std::ssize(one.needed()), 2 * reach);
+  EXPECT_EQ(one.listeners(many.begin(250)), (std::vector<int>{248, 249, 251}));
+  EXPECT_EQ(one.listeners(many.begin(250) + 1999), (std::vector<int>{249, 251, 252}));
+}
+
 TEST(HaloPlan, NothingIsSentWithoutCoupling) {
   const Extents extents({3, 3, 11});
   const Partition partition(11, 4);

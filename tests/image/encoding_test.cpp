@@ -13,7 +13,6 @@ namespace noiseloom {
 namespace {
 
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 TEST(Quantise, IsTheFloorOfTheScaledValue) {
   for (const int bits : {8, 16}) {
@@ -70,39 +69,25 @@ TEST(ValueRange, IsReadFromTwoNumbers) {
     EXPECT_THROW(parse_range(text), UserError) << text;
 }
 
-std::optional<PixelLayout> layout_of(ImageFormat format, int channels, bool with_density = false) {
-  std::string why;
-  return pixel_layout(format, channels, with_density, why);
-}
-
 TEST(PixelLayout, FillsTheChannelsThatTheFormatHas) {
-  EXPECT_THAT(layout_of(ImageFormat::png, 1)->source, ElementsAre(0));
-  EXPECT_THAT(layout_of(ImageFormat::png, 2)->source, ElementsAre(0, 1, zero_channel));
-  EXPECT_THAT(layout_of(ImageFormat::tiff, 3)->source, ElementsAre(0, 1, 2));
-  EXPECT_EQ(layout_of(ImageFormat::png, 4)->alpha, 3);
-  EXPECT_THAT(layout_of(ImageFormat::exr, 2)->source, ElementsAre(0, 1));
-  EXPECT_THAT(layout_of(ImageFormat::exr, 6)->names, ElementsAre("c0", "c1", "c2", "c3", "c4", "c5"));
-  EXPECT_THAT(layout_of(ImageFormat::hdr, 1)->source, ElementsAre(0, 0, 0));
-  EXPECT_THAT(layout_of(ImageFormat::hdr, 2)->source, ElementsAre(0, 1, zero_channel));
+  EXPECT_THAT(png_pixel(1, false).source, ElementsAre(0));
+  EXPECT_THAT(png_pixel(2, false).source, ElementsAre(0, 1, zero_channel));
+  EXPECT_THAT(tiff_pixel(3, false).source, ElementsAre(0, 1, 2));
+  EXPECT_EQ(png_pixel(4, false).alpha, 3);
+  EXPECT_THAT(exr_pixel(2, false).source, ElementsAre(0, 1));
+  EXPECT_THAT(exr_pixel(6, false).names, ElementsAre("c0", "c1", "c2", "c3", "c4", "c5"));
+  EXPECT_THAT(rgb_pixel(1, false).source, ElementsAre(0, 0, 0));
+  EXPECT_THAT(rgb_pixel(2, false).source, ElementsAre(0, 1, zero_channel));
+  EXPECT_THAT(rgba_pixel(2, false).source, ElementsAre(0, 1, zero_channel, opaque_channel));
+  EXPECT_EQ(rgba_pixel(3, false).alpha, 3);
 }
 
 TEST(PixelLayout, PutsTheDensityIntoAlpha) {
-  EXPECT_THAT(layout_of(ImageFormat::png, 1, true)->source, ElementsAre(0, 0, 0, density_channel));
-  EXPECT_THAT(layout_of(ImageFormat::png, 2, true)->source, ElementsAre(0, 1, zero_channel, density_channel));
-  const auto exr = layout_of(ImageFormat::exr, 1, true);
-  EXPECT_THAT(exr->source, ElementsAre(0, density_channel));
-  EXPECT_EQ(exr->alpha, 1);
-}
-
-TEST(PixelLayout, SaysWhatHoldsSamplesThatDoNotFit) {
-  std::string why;
-  EXPECT_FALSE(pixel_layout(ImageFormat::png, 5, false, why));
-  EXPECT_THAT(why, HasSubstr("accepted for them: exr, tiff, npy, raw"));
-  EXPECT_FALSE(pixel_layout(ImageFormat::hdr, 4, false, why));
-  EXPECT_THAT(why, HasSubstr("the samples have 4"));
-  EXPECT_FALSE(pixel_layout(ImageFormat::png, 4, true, why));
-  EXPECT_FALSE(pixel_layout(ImageFormat::hdr, 3, true, why));
-  EXPECT_THAT(why, HasSubstr("no alpha"));
+  EXPECT_THAT(png_pixel(1, true).source, ElementsAre(0, 0, 0, density_channel));
+  EXPECT_THAT(tiff_pixel(2, true).source, ElementsAre(0, 1, zero_channel, density_channel));
+  const PixelLayout exr = exr_pixel(1, true);
+  EXPECT_THAT(exr.source, ElementsAre(0, density_channel));
+  EXPECT_EQ(exr.alpha, 1);
 }
 
 }  // namespace

@@ -48,28 +48,6 @@ std::string expected_csv(std::size_t count, std::size_t begin = 0, std::size_t e
   return text;
 }
 
-TEST(ParseFraction, KeepsDecimalsExactly) {
-  EXPECT_EQ(parse_fraction("t", "0.29").floor_of_times(100), 29);  // 28 in double
-  EXPECT_EQ(parse_fraction("t", ".1").floor_of_times(10), 1);
-  EXPECT_EQ(parse_fraction("t", "1").floor_of_times(462), 462);
-  EXPECT_EQ(parse_fraction("t", "1.000").floor_of_times(462), 462);
-  EXPECT_EQ(parse_fraction("t", "0.100").floor_of_times(459), 45);
-  EXPECT_EQ(parse_fraction("t", "25e-2").floor_of_times(7), 1);
-  EXPECT_EQ(parse_fraction("t", "0.025E1").floor_of_times(8), 2);
-  // Past 2^53 no pixel is lost either.
-  const std::int64_t many = (std::int64_t{1} << 62) + 3;
-  EXPECT_EQ(parse_fraction("t", "0.5").floor_of_times(many), (std::int64_t{1} << 61) + 1);
-  EXPECT_EQ(parse_fraction("t", "0.999999999999999999").floor_of_times(many), many - 5);
-  EXPECT_EQ(parse_fraction("t", "1").floor_of_times(many), many);
-}
-
-TEST(ParseFraction, RefusesWhatIsNoFraction) {
-  for (const char* const text : {"", ".", "0", "0.0", "-0.1", "1.1", "10", "2", "0,1", "0.1x", "1e", "e-1", "1e1",
-                                 "nan", "0.1.2", "0x1p-3", "1e99999999999", "10 %", "0.1234567890123456789"})
-    EXPECT_THAT(user_error_of([&] { parse_fraction("--threshold", text); }),
-                HasSubstr(fmt::format("--threshold {}: ", text)));
-}
-
 class ExportedPoints : public testing::TestWithParam<ElementType> {};
 INSTANTIATE_TEST_SUITE_P(Types, ExportedPoints, testing::Values(ElementType::uint32, ElementType::uint64));
 
@@ -81,8 +59,8 @@ TEST_P(ExportedPoints, AreTheEarliestPixelsInTheirOrder) {
     const ExportResult result = export_run_file(folder / "mask.h5", points_options(out, threshold), posix_file_ops());
     EXPECT_EQ(result.points, fmt::format("{} points: the earliest of 462 pixels", count));
     EXPECT_EQ(result.files.size(), 6U);
-    EXPECT_THAT(result.tables, ElementsAre(out + "points.csv"));
-    EXPECT_EQ(read_bytes(out + "points.csv"), expected_csv(count));
+    EXPECT_THAT(result.tables, ElementsAre(out + "points_below" + threshold + ".csv"));
+    EXPECT_EQ(read_bytes(out + "points_below" + threshold + ".csv"), expected_csv(count));
     for (SliceIndex s = 0; s < 6; ++s) {
       ImageReader reader(fmt::format("{}mask_below{}_{}.png", out, threshold, s));
       EXPECT_EQ(reader.shape(0).channels, 1);
@@ -106,13 +84,13 @@ TEST_P(ExportedPoints, AreArraysToo) {
   const NpyArray mask = read_npy(folder / "out/mask_below0.25.npy");
   EXPECT_THAT(mask.shape, ElementsAre(2, 3, 7, 11, 1));
   for (std::size_t p = 0; p < 462; ++p) EXPECT_EQ(mask.values[p], test_rank(p) < 115 ? 1 : 0);
-  const NpyArray points = read_npy(folder / "out/points.npy");
+  const NpyArray points = read_npy(folder / "out/points_below0.25.npy");
   EXPECT_THAT(points.shape, ElementsAre(115, 5));
   std::string text = "x,y,t,z,rank\n";
   for (std::size_t i = 0; i < points.values.size(); ++i)
     text += fmt::format("{}{}", points.values[i], i % 5 == 4 ? "\n" : ",");
   EXPECT_EQ(text, expected_csv(115));
-  EXPECT_EQ(read_bytes(folder / "out/points.csv"), text);
+  EXPECT_EQ(read_bytes(folder / "out/points_below0.25.csv"), text);
 }
 
 TEST(ExportPoints, OfSomeSlicesKeepTheirRanksInTheWhole) {
@@ -122,7 +100,7 @@ TEST(ExportPoints, OfSomeSlicesKeepTheirRanksInTheWhole) {
   options.slices = "2:4";
   const ExportResult result = export_run_file(folder / "mask.h5", options, posix_file_ops());
   const std::string csv = expected_csv(231, 2, 4);
-  EXPECT_EQ(read_bytes(folder / "out/points.csv"), csv);
+  EXPECT_EQ(read_bytes(folder / "out/points_below0.5.csv"), csv);
   EXPECT_EQ(result.points, fmt::format("231 points: the earliest of 462 pixels; {} of them in slices 2 to 3",
                                        std::count(csv.begin(), csv.end(), '\n') - 1));
 }
@@ -143,12 +121,12 @@ TEST(ExportPoints, FollowTheFormatsLayoutsAndNames) {
     return names;
   };
   EXPECT_THAT(files("a/", "exr", "strip", "nvidia"),
-              UnorderedElementsAre("a/stbn_scalar_2Dx2D_11x7x3x2_below0.1.exr", "a/points.csv"));
+              UnorderedElementsAre("a/stbn_scalar_2Dx2D_11x7x3x2_below0.1.exr", "a/points_below0.1.csv"));
   EXPECT_THAT(files("b.tif", "", "strip", ""), UnorderedElementsAre("b.tif", "b_points.csv"));
   EXPECT_THAT(files("c.npy", "", "", ""), UnorderedElementsAre("c.npy", "c_points.npy", "c_points.csv"));
   EXPECT_THAT(files("d/p{}.hdr", "", "", ""),
-              AllOf(testing::SizeIs(7), testing::Contains("d/p5.hdr"), testing::Contains("d/points.csv")));
-  EXPECT_THAT(files("e/", "raw", "", ""), AllOf(testing::SizeIs(3), testing::Contains("e/points.csv")));
+              AllOf(testing::SizeIs(7), testing::Contains("d/p5.hdr"), testing::Contains("d/points_below0.1.csv")));
+  EXPECT_THAT(files("e/", "raw", "", ""), AllOf(testing::SizeIs(3), testing::Contains("e/points_below0.1.csv")));
   for (const std::string name :
        {"a/stbn_scalar_2Dx2D_11x7x3x2_below0.1.exr", "b.tif", "c.npy", "d", "e/mask_below0.1.raw"}) {
     const TextureFile loaded = load_texture(folder / name, mask_config(extents));
@@ -178,8 +156,37 @@ TEST(ExportPoints, RefusesFilesWithoutASequenceOrWithHalfOfOne) {
   std::vector<std::uint64_t> ranks = test_ranks();
   *std::find(ranks.begin(), ranks.end(), 13U) = 14;
   write_mask_file(folder / "twice.h5", extents, ranks);
-  EXPECT_THAT(error("twice.h5"), HasSubstr("none has rank 13"));
+  EXPECT_THAT(error("twice.h5"), HasSubstr("two pixels have rank 14"));
+  // The pixel that has rank 46 a second time is no point: the point of rank 13 is what is missing.
+  *std::find(ranks.begin(), ranks.end(), 14U) = 46;
+  write_mask_file(folder / "none.h5", extents, ranks);
+  EXPECT_THAT(error("none.h5"), HasSubstr("none has rank "));
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST(ExportPoints, OfSeveralDensitiesFitIntoOneFolder) {
+  const TemporaryFolder folder;
+  write_mask_file(folder / "mask.h5", extents, test_ranks());
+  for (const char* const format : {"png", "npy", "raw"})
+    for (const char* const threshold : {"0.02", "0.1", "0.25", "0.5", "1"}) {
+      ExportOptions options = points_options(folder / format + "/", threshold);
+      options.format = format;
+      EXPECT_EQ(user_error_of([&] { export_run_file(folder / "mask.h5", options, posix_file_ops()); }), "");
+    }
+}
+
+TEST(ExportPoints, AreWrittenAsATableAlone) {
+  const TemporaryFolder folder;
+  write_mask_file(folder / "mask.h5", extents, test_ranks());
+  const ExportResult result =
+      export_run_file(folder / "mask.h5", points_options(folder / "a.CSV", "0.1"), posix_file_ops());
+  EXPECT_THAT(result.files, testing::IsEmpty());
+  EXPECT_THAT(result.tables, ElementsAre(folder / "a.CSV"));
+  EXPECT_EQ(read_bytes(folder / "a.CSV"), expected_csv(46));
+  EXPECT_EQ(result.points, "46 points: the earliest of 462 pixels");
+  EXPECT_THAT(user_error_of(
+                  [&] { export_run_file(folder / "mask.h5", points_options(folder / "b.csv", ""), posix_file_ops()); }),
+              AllOf(HasSubstr("give its density with --threshold"), HasSubstr("accepted for the values")));
 }
 
 TEST(ExportPoints, TellsAllFaultsAtOnceAndTouchesNothing) {
@@ -193,17 +200,17 @@ TEST(ExportPoints, TellsAllFaultsAtOnceAndTouchesNothing) {
               AllOf(HasSubstr("no point of 462 pixels; the least that is one: 0.00216"),
                     HasSubstr("--pdf: a point set"), HasSubstr("--range: a point set"), HasSubstr("0 <= A < B <= 6")));
   std::filesystem::create_directory(folder / "out");
-  write_bytes(folder / "out/points.csv", "mine");
+  write_bytes(folder / "out/points_below0.1.csv", "mine");
   EXPECT_THAT(user_error_of([&] {
                 export_run_file(folder / "mask.h5", points_options(folder / "out/", "0.1"), posix_file_ops());
               }),
-              HasSubstr("points.csv: exists; --overwrite replaces it"));
-  EXPECT_EQ(read_bytes(folder / "out/points.csv"), "mine");
+              HasSubstr("points_below0.1.csv: exists; --overwrite replaces it"));
+  EXPECT_EQ(read_bytes(folder / "out/points_below0.1.csv"), "mine");
   EXPECT_THAT(folder.names(), UnorderedElementsAre("mask.h5", "out"));
   options = points_options(folder / "out/", "0.1");
   options.overwrite = true;
   export_run_file(folder / "mask.h5", options, posix_file_ops());
-  EXPECT_EQ(read_bytes(folder / "out/points.csv"), expected_csv(46));
+  EXPECT_EQ(read_bytes(folder / "out/points_below0.1.csv"), expected_csv(46));
 }
 
 }  // namespace

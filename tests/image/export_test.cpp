@@ -16,6 +16,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 using testing::UnorderedElementsAre;
 
 ExportOptions options_for(const std::string& output) {
@@ -153,16 +154,16 @@ TEST(Export, NamesFilesByScheme) {
   content.datasets = {{"/samples", ElementType::float32, 2, true}};
   const auto targets = [&](ExportOptions options) {
     options.slices = "9:11";
-    return plan_export("folder/quick.h5", content, config.problem, options).targets;
+    return plan_export("folder/quick.h5", content, config.problem, options).outputs.front().targets;
   };
   ExportOptions options = options_for("out/");
   EXPECT_THAT(targets(options), ElementsAre("out/quick_09.png", "out/quick_10.png"));
   options.naming = "nvidia";
   EXPECT_EQ(targets(options)[1], "out/stbn_vec2_2Dx1D_5x3x11_10.png");
   options.naming = "ea";
-  EXPECT_EQ(targets(options)[0], "out/vector2_uniform_gauss_1.0_exponential_0.1_0.25_product_9.png");
+  EXPECT_EQ(targets(options)[0], "out/vector2_uniform_gauss1_0_exp01025_product_9.png");
   options.layout = "strip";
-  EXPECT_THAT(targets(options), ElementsAre("out/vector2_uniform_gauss_1.0_exponential_0.1_0.25_product.png"));
+  EXPECT_THAT(targets(options), ElementsAre("out/vector2_uniform_gauss1_0_exp01025_product.png"));
   options = options_for("out/");
   options.naming = "n{slice:03}";
   options.format = "tiff";
@@ -172,6 +173,129 @@ TEST(Export, NamesFilesByScheme) {
   options = options_for("out/some.tiff");
   options.layout = "strip";
   EXPECT_THAT(targets(options), ElementsAre("out/some.tiff"));
+  options = options_for("out/SOME.PNG");
+  EXPECT_EQ(targets(options)[1], "out/SOME_10.PNG");
+}
+
+TEST(Export, RefusesNamesThatOnlyLookLikePlacesForTheNumber) {
+  RunFileContent content;
+  content.extents = Extents({5, 3, 2});
+  content.datasets = {{"/samples", ElementType::float32, 1, true}};
+  const RunConfig config = small_config("uniform", "x = 5, y = 3, t = 2");
+  for (const std::string name : {"a_*.png", "a_?.png", "a_%x.png", "a_{slcie}.png", "a_{}_{}.png", "%d_%d.exr",
+                                 "{}_####.tif", "{}_*.png", "a_*/b.png"}) {
+    EXPECT_THAT(user_error_of([&] { plan_export("run.h5", content, config.problem, options_for(name)); }),
+                testing::AllOf(HasSubstr(name), HasSubstr("accepted"), HasSubstr("{slice:03}"), HasSubstr("####")))
+        << name;
+    ExportOptions options = options_for("out/");
+    options.naming = name;
+    EXPECT_THAT(user_error_of([&] { plan_export("run.h5", content, config.problem, options); }), HasSubstr("accepted"))
+        << name;
+  }
+  EXPECT_THAT(user_error_of([&] { plan_export("run.h5", content, config.problem, options_for("-")); }),
+              HasSubstr("standard output"));
+  EXPECT_THAT(user_error_of([&] { plan_export("run.h5", content, config.problem, options_for("x.h5")); }),
+              HasSubstr("\".h5\" is no ending of a container that is written; accepted: png, exr, tiff"));
+}
+
+// The names that the published archives hold, each with the config that makes such a texture.
+TEST(Export, GivesTheNamesOfPublishedTextures) {
+  struct Published {
+    std::string naming;
+    std::string samples;
+    std::string size;
+    std::string filter;
+    bool has_order;
+    std::string first;
+  };
+  const std::string stbn =
+      "combine = \"sum\"\ngroups = [ { axes = \"xy\", kernel = \"gauss-energy\", sigma = 1.9 }, "
+      "{ axes = \"t\", kernel = \"gauss-energy\", sigma = 1.9 } ]";
+  const std::string gauss_ema =
+      "groups = [ { axes = \"xy\", kernel = \"gauss\", sigma = 1.0 }, { axes = \"t\", kernel "
+      "= \"ema\", alpha = 0.1, rejection = 0.1 } ]";
+  const std::string volume = "x = 128, y = 128, t = 64";
+  const std::string plane = "x = 128, y = 128";
+  const auto over_xy = [](const std::string& kernel) {
+    return "groups = [ { axes = \"xy\", kernel = " + kernel + " } ]";
+  };
+  const Published cases[] = {
+      {"nvidia", "uniform", volume, stbn, true, "stbn_scalar_2Dx1Dx1D_128x128x64x1_0.png"},
+      {"nvidia", "uniform", volume, stbn, false, "stbn_vec1_2Dx1D_128x128x64_0.png"},
+      {"nvidia", "vector2", volume, stbn, false, "stbn_vec2_2Dx1D_128x128x64_0.png"},
+      {"nvidia", "sphere", volume, stbn, false, "stbn_unitvec3_2Dx1D_128x128x64_0.png"},
+      {"nvidia", "hemisphere-cosine", volume, stbn, false, "stbn_unitvec3_cosine_2Dx1D_128x128x64_0.png"},
+      {"ea", "uniform", volume, "combine = \"sum\"\n" + gauss_ema, false,
+       "real_uniform_gauss1_0_exp0101_separate05_0.png"},
+      {"ea", "hemisphere-cosine", volume, "combine = \"product\"\n" + gauss_ema, false,
+       "sphere_coshemi_gauss1_0_exp0101_product_0.png"},
+      {"ea", "uniform", plane, over_xy("\"box\", size = 3"), false, "real_uniform_box3x3.png"},
+      {"ea", "tent", plane, over_xy("\"box\", size = 5"), false, "real_tent_box5x5.png"},
+      {"ea", "circle", plane, over_xy("\"gauss\", sigma = 1.0"), false, "circle_uniform_gauss1_0.png"},
+      {"ea", "vector2", plane, over_xy("\"binomial\", n = 2"), false, "vector2_uniform_binomial3x3.png"},
+      {"ea", "sphere", plane, over_xy("\"binomial\", n = 4"), false, "sphere_uniform_binomial5x5.png"},
+  };
+  for (const Published& c : cases) {
+    const RunConfig config = parse_config(
+        "[texture]\nsize = { " + c.size + " }\nsamples = \"" + c.samples + "\"\n[filter]\n" + c.filter + "\n",
+        "test.toml", "", {});
+    RunFileContent content;
+    content.extents = config.problem.extents;
+    content.datasets = {{"/samples", ElementType::float32, c.samples == "vector2" ? 2 : 1, true}};
+    if (c.has_order) content.datasets.push_back({"/order", ElementType::uint32, 1, false});
+    ExportOptions options = options_for("out/");
+    options.naming = c.naming;
+    EXPECT_EQ(plan_export("run.h5", content, config.problem, options).outputs.front().targets.front(),
+              "out/" + c.first);
+  }
+}
+
+TEST(Export, NvidiasVectorsAreOpaqueRgba) {
+  const TemporaryFolder folder;
+  const RunConfig config = small_config("vector2");
+  const Texture texture = start_texture(config);
+  write_run_file(folder / "run.h5", config, texture);
+  ExportOptions options = options_for(folder / "out/");
+  options.naming = "nvidia";
+  export_run_file(folder / "run.h5", options, posix_file_ops());
+  for (SliceIndex s = 0; s < 3; ++s) {
+    ImageReader reader(folder / fmt::format("out/stbn_vec2_2D_11x7x3_{}.png", s));
+    ASSERT_EQ(reader.shape(0).channels, 4);
+    std::vector<std::byte> bytes(reader.shape(0).num_bytes());
+    reader.read_rows(0, 0, 7, bytes);
+    for (std::size_t i = 0; i < 77; ++i) {
+      const auto byte = [&](std::size_t c) { return std::to_integer<int>(bytes[4 * i + c]); };
+      EXPECT_EQ(byte(0), quantise(static_cast<double>(texture.slice(s)[i]), 8));
+      EXPECT_EQ(byte(1), quantise(static_cast<double>(texture.slice(s)[77 + i]), 8));
+      EXPECT_EQ(byte(2), 0);
+      EXPECT_EQ(byte(3), 255);
+    }
+  }
+}
+
+TEST(Export, OfAnUnfinishedRunSaysSo) {
+  const TemporaryFolder folder;
+  RunConfig config = small_config("uniform");
+  config.optimizer.stop = {200, 0, 0, 0};
+  for (const std::string finished : {"", "iterations"}) {
+    RunFileContent content;
+    content.extents = config.problem.extents;
+    content.config = to_toml(config);
+    content.datasets = {{"/samples", ElementType::float32, 1, true}};
+    content.history = {{"iterations", {0, 64, 128}}};
+    content.state = {{"finished", finished}};
+    const std::string name = finished.empty() ? "half" : "whole";
+    RunFileWriter writer(posix_file_ops(), folder / (name + ".h5"), content);
+    const std::vector<float> slice(77, 0.5F);
+    for (SliceIndex s = 0; s < 3; ++s) writer.write_slice(0, s, std::as_bytes(std::span(slice)));
+    writer.publish();
+    const ExportResult result =
+        export_run_file(folder / (name + ".h5"), options_for(folder / (name + ".raw")), posix_file_ops());
+    EXPECT_EQ(result.unfinished, finished.empty() ? "not finished: 128 of 200 iterations done" : "");
+    const std::string line = "\"unfinished\": \"not finished: 128 of 200 iterations done\"";
+    EXPECT_THAT(read_bytes(folder / (name + ".json")),
+                finished.empty() ? testing::Matcher<std::string>(HasSubstr(line)) : Not(HasSubstr("unfinished")));
+  }
 }
 
 TEST(Export, TellsAllFaultsAtOnceAndWritesNothing) {

@@ -4,11 +4,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <numeric>
 
 #include "noiseloom/files/npy.h"
+#include "problem/overlap.h"
 #include "support/filter_specs.h"
 #include "support/oracle.h"
 
@@ -269,9 +272,67 @@ TEST(Footprint, TableDimensionsAreInFileOrder) {
   }
 }
 
-std::string refusal(const std::string& file, const std::vector<int>& axes) {
+// The order of the sum decides its last bits, and with them every texture.
+TEST(Footprint, SumsOfProductsOfTapsAreInAscendingOrder) {
+  for (const std::size_t n : {1, 2, 3, 7, 8, 9, 16, 37, 100}) {
+    std::vector<double> varied(n);
+    for (std::size_t i = 0; i < n; ++i) varied[i] = 0.1 + std::sin(static_cast<double>(i * i));
+    for (const std::vector<double>& taps : {varied, std::vector<double>(n, 1 / static_cast<double>(3 * n))}) {
+      const std::vector<double> sums = autocorrelation(taps);
+      ASSERT_EQ(sums.size(), n);
+      for (std::size_t d = 0; d < n; ++d) {
+        double sum = 0;
+        for (std::size_t i = 0; i + d < n; ++i) sum += taps[i] * taps[i + d];
+        EXPECT_EQ(sums[d], sum) << n << " " << d;
+      }
+    }
+  }
+}
+
+TEST(Footprint, SumsOfAnArrayAreInAscendingOrder) {
+  const std::vector<std::int64_t> sizes = {5, 3, 4};
+  const Extents extents({31, 29, 23});
+  std::vector<double> taps(60);
+  for (std::size_t i = 0; i < taps.size(); ++i) taps[i] = i % 7 == 3 ? 0 : 0.1 + std::sin(static_cast<double>(i * i));
+  std::map<std::array<std::int64_t, 3>, double> expected;
+  const auto at = [&](std::int64_t i) { return std::array{i % 5, i / 5 % 3, i / 15}; };
+  for (std::int64_t i = 0; i < 60; ++i) {
+    for (std::int64_t j = i; j < 60; ++j) {
+      const auto a = at(i);
+      const auto b = at(j);
+      expected[{b[0] - a[0], b[1] - a[1], b[2] - a[2]}] +=
+          taps[static_cast<std::size_t>(i)] * taps[static_cast<std::size_t>(j)];
+    }
+  }
+  std::erase_if(expected, [](const auto& entry) { return entry.second == 0; });
+  std::size_t seen = 0;
+  for (const OverlapTap& tap : array_overlap(extents, {0, 1, 2}, sizes, taps).taps) {
+    const auto found = expected.find({tap.offset[0], tap.offset[1], tap.offset[2]});
+    if (found == expected.end()) continue;  // the other sign
+    EXPECT_EQ(tap.weight, found->second);
+    ++seen;
+  }
+  EXPECT_EQ(seen, expected.size());
+}
+
+// Nothing may take time or memory in proportion to the length of an axis.
+TEST(Footprint, OfABillionSlicesIsFoundAtOnce) {
+  const Extents extents({5, 5, std::int64_t{1} << 30});
+  const Extents shorter({5, 5, 16'384});
+  for (const KernelSpec& kernel : {box(31), ema(0.1, 0.1), gauss(2), gauss_energy(3), box(40'000)}) {
+    const Footprint wide(extents, product({group({0}, box(3)), group({2}, kernel)}));
+    if (kernel.size > 100) continue;  // longer than the other ring
+    const Footprint narrow(shorter, product({group({0}, box(3)), group({2}, kernel)}));
+    EXPECT_EQ(wide.num_taps(), narrow.num_taps());
+    EXPECT_EQ(wide.weight_sum(), narrow.weight_sum());
+    EXPECT_EQ(wide.reach(2), narrow.reach(2));
+  }
+}
+
+std::string refusal(const std::string& file, const std::vector<int>& axes,
+                    const Extents& extents = Extents({5, 7, 3})) {
   try {
-    Footprint(Extents({5, 7, 3}), product({group(axes, table(file))}));
+    Footprint(extents, product({group(axes, table(file))}));
   } catch (const UserError& error) {
     return error.what();
   }
@@ -289,6 +350,19 @@ TEST(Footprint, RefusesUnusableTablesByNameAndPlace) {
   EXPECT_THAT(refusal(empty.path(), {0}), HasSubstr("all taps are zero"));
   EXPECT_THAT(refusal(plane.path(), {0, 1, 2}), HasSubstr("2 dimensions; a group of 3 axes takes 1 or 3"));
   EXPECT_THAT(refusal(plane.path() + ".missing", {0}), HasSubstr(plane.path() + ".missing"));
+}
+
+// What takes squared time is refused by name; taps that fold onto a short axis do not count.
+TEST(Footprint, RefusesTablesTooLongToCorrelate) {
+  using testing::HasSubstr;
+  const TableFile line("longline", {131'073}, std::vector<float>(131'073, 0.5F));
+  const TableFile plane("wideplane", {300, 300}, std::vector<float>(90'000, 0.5F));
+  EXPECT_EQ(refusal(line.path(), {0}), "accepted");
+  EXPECT_EQ(refusal(plane.path(), {0, 1}), "accepted");
+  EXPECT_THAT(refusal(line.path(), {0}, Extents({200'000, 1})),
+              testing::AllOf(HasSubstr(line.path()), HasSubstr("131073 taps"), HasSubstr("at most 131072")));
+  EXPECT_THAT(refusal(plane.path(), {0, 1}, Extents({512, 512})),
+              testing::AllOf(HasSubstr(plane.path()), HasSubstr("90000 taps"), HasSubstr("at most 65536")));
 }
 
 }  // namespace

@@ -102,10 +102,10 @@ class PointsTest(MaskTest):
         expected = numpy.argsort(order, axis=None)[:count]
         t, y, x = numpy.unravel_index(expected, order.shape)
         rows = numpy.stack([x, y, t, numpy.arange(count)], axis=1)
-        table = numpy.genfromtxt(self.folder / "points/points.csv", delimiter=",", names=True, dtype=int)
+        table = numpy.genfromtxt(self.folder / "points/points_below0.29.csv", delimiter=",", names=True, dtype=int)
         self.assertEqual(table.dtype.names, ("x", "y", "t", "rank"))
         numpy.testing.assert_array_equal(numpy.stack([table[name] for name in table.dtype.names], axis=1), rows)
-        array = numpy.load(self.folder / "points/points.npy")
+        array = numpy.load(self.folder / "points/points_below0.29.npy")
         self.assertEqual(array.dtype, numpy.int64)
         numpy.testing.assert_array_equal(array, rows)
         mask = numpy.load(self.folder / "points/mask_below0.29.npy")
@@ -118,7 +118,7 @@ class PointsTest(MaskTest):
         for threshold, count in [("0.05", 192), ("0.5", 1920), ("1", 3840)]:
             self.run_program("export", run_file, "-o", "images/", "--threshold", threshold, "--naming", "nvidia", "--overwrite")
             for s in range(8):
-                with Image.open(self.folder / "images" / f"stbn_scalar_2Dx1D_24x20x8_below{threshold}_{s}.png") as image:
+                with Image.open(self.folder / "images" / f"stbn_scalar_2Dx1Dx1D_24x20x8x1_below{threshold}_{s}.png") as image:
                     self.assertEqual(image.mode, "L")
                     numpy.testing.assert_array_equal(numpy.asarray(image), numpy.where(order[s] < count, 255, 0))
             now = order < count

@@ -66,10 +66,6 @@ class Output(ProgramTest):
         self.assertEqual(absent[0], 0)
         self.assertGreater(looks[0], 1000)
 
-    def test_plan_counts_the_files_of_a_save(self):
-        said = self.run_program("plan", self.config, "--set", "texture.size.t=400").stdout
-        self.assertRegex(said, r"run file +\d.*B; a save needs .*iB on disk, for it and two")
-
     LOCK = ("process 4711 on node7, since 2026-01-31 12:00:00 UTC\nmachine another\npid 4711\nstarted 1\nnumber 0123456789abcdef\n"
             "slurm_job snow/77\nslurm_restarts 0\n")
 

@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import subprocess
 import unittest
 
 import support
@@ -50,14 +51,33 @@ class ExportTest(support.ProgramTest):
     def test_png_holds_the_floor_of_the_scaled_values(self):
         run_file = self.generate("vector3")
         for bits in (8, 16):
-            folder = self.export(run_file, f"png{bits}/", "--depth", bits, "--naming", "nvidia")
+            folder = self.export(run_file, f"png{bits}/", "--depth", bits)
             for s in range(3):
-                image, chunks = image_readers.read_png(folder / f"stbn_vec3_2Dx1D_13x11x3_{s}.png")
+                image, chunks = image_readers.read_png(folder / f"vector3_{s}.png")
                 numpy.testing.assert_array_equal(image, codes(self.samples[s], bits))
                 self.assertFalse({"gAMA", "sRGB", "iCCP", "cHRM"} & set(chunks), "colours are to be left alone")
-        with Image.open(self.folder / "png8" / "stbn_vec3_2Dx1D_13x11x3_1.png") as image:
+        with Image.open(self.folder / "png8" / "vector3_1.png") as image:
             self.assertEqual(image.mode, "RGB")
             numpy.testing.assert_array_equal(numpy.asarray(image), codes(self.samples[1], 8))
+
+    def test_published_names_come_with_the_published_channels(self):
+        folder = self.export(self.generate("vector3"), "vectors/", "--naming", "nvidia")
+        for s in range(3):
+            with Image.open(folder / f"stbn_vec3_2Dx1D_13x11x3_{s}.png") as image:
+                self.assertEqual(image.mode, "RGBA")
+                pixels = numpy.asarray(image)
+            numpy.testing.assert_array_equal(pixels[..., :3], codes(self.samples[s], 8))
+            self.assertTrue((pixels[..., 3] == 255).all())
+        folder = self.export(self.generate("uniform"), "scalars/", "--naming", "nvidia")
+        with Image.open(folder / "stbn_vec1_2Dx1D_13x11x3_2.png") as image:
+            self.assertEqual(image.mode, "L")
+
+    def test_every_way_to_write_the_number_gives_the_same_names(self):
+        run_file = self.generate("uniform")
+        for place, name in [("{slice:03}", "002"), ("{}", "2"), ("%d", "2"), ("%03d", "002")]:
+            self.export(run_file, f"places/a-{place}.PNG", "--overwrite")
+            self.assertTrue((self.folder / f"places/a-{name}.PNG").exists(), place)
+        self.assertIn("accepted", self.run_program("export", run_file, "-o", "places/a-*.png", expect=2).stderr)
 
     def test_scalars_are_grey(self):
         run_file = self.generate("uniform")
@@ -107,7 +127,7 @@ class ExportTest(support.ProgramTest):
         self.assertLess(self.samples.min(), 0)
         folder = self.export(run_file, "exr/", "--format", "exr", "--naming", "ea")
         for s in range(3):
-            [(names, image)] = image_readers.read_exr(folder / f"real_gauss_box_3_exponential_0.1_0.1_product_{s}.exr")
+            [(names, image)] = image_readers.read_exr(folder / f"real_gauss_box3x3_exp0101_product_{s}.exr")
             self.assertEqual(names, ["Y"])
             numpy.testing.assert_array_equal(image, self.samples[s])
         run_file = self.generate("sphere")
@@ -149,6 +169,10 @@ class ExportTest(support.ProgramTest):
             (("-o", "a/", "--slices", "1:9"), "0 <= A < B <= 3"),
             (("-o", "a/", "--pdf"), "constant"),
             (("-o", "a/", "--naming", "nvidea"), "nvidia"),
+            (("-o", "-"), "standard output"),
+            (("-o", "x.h5"), "accepted: png, exr, tiff"),
+            (("-o", "a.csv"), "--threshold"),
+            (("-o", "a_*.png"), "{slice:03}"),
         ]:
             done = self.run_program("export", run_file, *arguments, expect=2)
             self.assertIn(words, done.stderr, arguments)
@@ -183,6 +207,38 @@ class ScoreTest(support.ProgramTest):
         self.assertAlmostEqual(json.loads(done.stdout)["relative_error"], 0.1110, delta=0.0002)
 
 
+class LostOutputTest(support.ProgramTest):
+    """A result that nobody received is no success."""
+
+    def test_commands_fail_when_standard_output_cannot_be_written(self):
+        config = self.write("c.toml", CONFIG % "uniform")
+        self.run_program("generate", config, "-o", "c.h5")
+        for arguments in (["export", "c.h5", "-o", "full/"], ["score", "c.h5"], ["score", "c.h5", "--json"],
+                          ["analyze", "c.h5", "-o", "report"], ["export", "--help"]):
+            command = self.command(*arguments)
+            with open("/dev/full", "w") as full:
+                done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, cwd=self.folder)
+            self.assertEqual(done.returncode, 1, arguments)
+            self.assertIn("No space left on device", done.stderr, arguments)
+        for number, arguments in enumerate((["export", "c.h5", "-o", "closed/"], ["score", "c.h5"])):
+            done = subprocess.run(self.command(*arguments), stderr=subprocess.PIPE, text=True, cwd=self.folder,
+                                  preexec_fn=lambda: os.close(1))
+            self.assertEqual(done.returncode, 1, arguments)
+            self.assertIn("standard output", done.stderr, arguments)
+        # Nothing that was printed went into a file that was opened instead.
+        for path in (self.folder / "closed").iterdir():
+            self.assertNotIn(b"wrote", path.read_bytes())
+
+
+class UnfinishedTest(support.ProgramTest):
+    def test_an_export_of_a_run_that_goes_on_says_so(self):
+        config = self.write("c.toml", CONFIG.replace("iterations = 1 ", "iterations = 1000000 ") % "uniform")
+        self.run_program("generate", config, "-o", "c.h5", "--time-limit", "2s", "--progress", "none", expect=75)
+        done = self.run_program("export", "c.h5", "-o", "c.raw")
+        self.assertRegex(done.stderr, r"warning: c.h5: not finished: [0-9]+ of 1000000 iterations done")
+        self.assertIn("not finished", json.loads((self.folder / "c.json").read_text())["unfinished"])
+
+
 class AnalyzeTest(support.ProgramTest):
     def test_report_is_written_whole(self):
         config = self.write("c.toml", CONFIG % "uniform")
@@ -192,6 +248,16 @@ class AnalyzeTest(support.ProgramTest):
         self.assertLessEqual({"report.html", "preview.png", "spectrum_xy.png", "spectrum_xt.png", "spectrum_xy.csv"}, names)
         self.assertIn("exists", self.run_program("analyze", "c.h5", "-o", "report", expect=2).stderr)
         self.run_program("analyze", "c.h5", "-o", "report", "--overwrite")
+        page = (self.folder / "report/report.html").read_text()
+        self.assertRegex(page, r"noiseloom [0-9]+\.[0-9]+\.[0-9]+, [0-9]{4}-[0-9]{2}-[0-9]{2}")
+        self.assertIn("noiseloom analyze c.h5 -o report --overwrite", page)
+
+    def test_a_group_over_x_and_a_slice_axis_is_shown(self):
+        text = (CONFIG % "uniform").replace('"xy", kernel', '"xt", kernel').replace('{ axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.1 }', '{ axes = "y", kernel = "box", size = 3 }')
+        self.run_program("generate", self.write("xt.toml", text), "-o", "xt.h5")
+        self.run_program("analyze", "xt.h5", "-o", "report")
+        self.assertLessEqual({"spectrum_xt.png", "spectrum_xt.csv", "spectrum_t.csv"},
+                             {path.name for path in (self.folder / "report").iterdir()})
 
 
 if __name__ == "__main__":

@@ -5,7 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <regex>
+
 #include "noiseloom/image/image_io.h"
+#include "noiseloom/report/number_text.h"
 #include "noiseloom/report/plot.h"
 #include "noiseloom/report/report.h"
 #include "support/mask_texture.h"
@@ -36,16 +40,110 @@ TEST(Analyze, WritesPicturesTablesAndAPageThatNeedsNothingElse) {
   file.source = "run file";
   file.history = {{"sweep", {0, 1, 2}}, {"relative_error", {1, 0.5, 0.25}}, {"seconds", {0, 1.5, 2}}};
   analyze(file, folder.path());
-  EXPECT_THAT(folder.names(),
-              UnorderedElementsAre("report.html", "preview.png", "slices.png", "estimates.png", "error.png",
-                                   "error_white_noise.png", "spectrum_xy.png", "spectrum_xy.csv", "spectrum_xy.svg",
-                                   "spectrum_xt.png", "spectrum_t.csv", "spectra.svg", "convergence.csv"));
+  EXPECT_THAT(
+      folder.names(),
+      UnorderedElementsAre("report.html", "preview.png", "slice_0.png", "slice_1.png", "slice_2.png", "estimates.png",
+                           "error.png", "error_white_noise.png", "spectrum_xy.png", "spectrum_xy.csv",
+                           "spectrum_xy.svg", "spectrum_xt.png", "spectrum_t.csv", "spectra.svg", "convergence.csv"));
   const std::string page = read_bytes(folder / "report.html");
   EXPECT_THAT(page, AllOf(HasSubstr("some &amp; other.h5"), HasSubstr("data:image/png;base64,"), HasSubstr("<svg"),
                           HasSubstr("box 3 over xy"), HasSubstr("Convergence")));
-  EXPECT_THAT(page, AllOf(Not(HasSubstr("src='http")), Not(HasSubstr("href=")), Not(HasSubstr("<script"))));
+  EXPECT_THAT(page, AllOf(Not(HasSubstr("src='http")), Not(testing::ContainsRegex("href='[^d]")), Not(HasSubstr("<a ")),
+                          Not(HasSubstr("<script"))));
   EXPECT_EQ(read_bytes(folder / "convergence.csv"), "sweep,relative_error,seconds\n0,1,0\n1,0.5,1.5\n2,0.25,2\n");
   EXPECT_THAT(read_bytes(folder / "spectrum_xy.csv"), testing::StartsWith("frequency_cycles_per_pixel,power,count\n"));
+}
+
+// Every combination of two and three axes that a filter may group; none may name a file of another section.
+TEST(Analyze, WritesEachFileOnceWhateverTheFilterGroups) {
+  for (const std::string axes : {"xt", "yt", "tz", "xz", "xyt", "xtz", "ytz", "xytz"}) {
+    const TemporaryFolder folder;
+    std::string rest;
+    for (const char axis : std::string("xytz"))
+      if (axes.find(axis) == std::string::npos) rest += axis;
+    std::string groups = "{ axes = \"" + axes + "\", kernel = \"gauss\", sigma = 1.0 }";
+    if (!rest.empty()) groups += ", { axes = \"" + rest + "\", kernel = \"gauss\", sigma = 1.0 }";
+    TextureFile file;
+    file.config = parse_config(
+        "[texture]\nsize = { x = 7, y = 8, t = 5, z = 3 }\nsamples = \"uniform\"\n[filter]\n"
+        "combine = \"product\"\ngroups = [ " +
+            groups + " ]\n",
+        "test.toml", "", {});
+    file.texture = start_texture(*file.config);
+    analyze(file, folder.path());
+    EXPECT_THAT(folder.names(), testing::IsSupersetOf({"spectrum_xt.png", "spectrum_xz.png", "spectrum_xy.png"}))
+        << axes;
+    EXPECT_TRUE(std::filesystem::exists(folder / ("spectrum_" + axes + ".csv"))) << axes;
+  }
+}
+
+// What stands between `before` and the next `after`, wherever `before` occurs.
+std::vector<std::string> between(const std::string& text, const std::string& before, const std::string& after) {
+  std::vector<std::string> found;
+  for (std::size_t at = text.find(before); at != std::string::npos; at = text.find(before, at)) {
+    at += before.size();
+    found.push_back(text.substr(at, text.find(after, at) - at));
+  }
+  return found;
+}
+
+// A picture that is scaled by anything but a whole number shows seams that are not in the texture.
+TEST(Analyze, ShowsPicturesPixelByPixel) {
+  for (const std::string size : {"x = 11, y = 7, t = 3", "x = 268, y = 300, t = 2", "x = 1000, y = 3"}) {
+    const TemporaryFolder folder;
+    TextureFile file;
+    file.config = small_config("vector2", size);
+    file.texture = start_texture(*file.config);
+    analyze(file, folder.path());
+    const std::string page = read_bytes(folder / "report.html");
+    std::vector<std::string> boxes;
+    std::vector<std::string> images;
+    for (const std::string& figure : between(page, "<figure style='width:", " src=")) {
+      if (figure.find("<img") == std::string::npos) continue;
+      boxes.push_back(figure.substr(0, figure.find("px'")));
+      images.push_back(between(figure, " width='", "'").front());
+    }
+    EXPECT_EQ(boxes, images);
+    EXPECT_GE(images.size(), 4U);
+    for (const std::string& width : images) EXPECT_LE(std::stoi(width), page_width);
+    // Nothing that takes room inside the image's box.
+    EXPECT_THAT(between(page, "figure img {", "}"),
+                testing::Each(AllOf(Not(HasSubstr("border")), Not(HasSubstr("padding")), Not(HasSubstr(" width")))));
+  }
+}
+
+TEST(Analyze, SaysWhatEachNumberIsAndWhatMadeThePage) {
+  const TemporaryFolder folder;
+  TextureFile file;
+  file.config = small_config("uniform");
+  file.texture = start_texture(*file.config);
+  file.history = {{"iterations", {0, 1, 2}}, {"relative_error", {1, 0.5, 0.25}}, {"seconds", {0, 1.5, 2}}};
+  ThreadPool pool(1);
+  OutputFiles output(posix_file_ops(), false);
+  analyze_texture("a.h5", file, folder.path(), output, pool, {"1.2.3", "2001-02-03", "noiseloom analyze 'a b.h5'"});
+  output.commit();
+  const std::string page = read_bytes(folder / "report.html");
+  EXPECT_THAT(page, AllOf(HasSubstr("R: relative error of the whole texture after its own filter"),
+                          HasSubstr("R of single slices"), HasSubstr("This is one slice, one question"),
+                          HasSubstr("after each of these filters"), HasSubstr("while it was made"),
+                          HasSubstr("noiseloom 1.2.3, 2001-02-03"), HasSubstr("noiseloom analyze &#39;a b.h5&#39;"),
+                          HasSubstr("@media print"), Not(HasSubstr("<details"))));
+  // Both axes of the spectra have their names.
+  EXPECT_THAT(page,
+              AllOf(HasSubstr("frequency along y (cycles a pixel)"), HasSubstr("frequency along t (cycles a slice)")));
+}
+
+TEST(NumberText, HasNoExponentAndNoZerosAtTheEnd) {
+  EXPECT_EQ(number_text(0, 3), "0");
+  EXPECT_EQ(number_text(1, 3), "1");
+  EXPECT_EQ(number_text(5e-4, 4), "0.0005");
+  EXPECT_EQ(number_text(3.6912e-5, 3), "0.0000369");
+  EXPECT_EQ(number_text(0.0218, 3), "0.0218");
+  EXPECT_EQ(number_text(123456.7, 3), "123457");
+  EXPECT_EQ(number_text(-0.25, 4), "-0.25");
+  EXPECT_EQ(number_text(99.999, 3), "100");
+  EXPECT_EQ(number_text(1e-20, 3), "0");
+  EXPECT_EQ(number_text(std::nan(""), 3), "none");
 }
 
 TEST(Analyze, NeedsNoConfigForPicturesAndSpectra) {
@@ -72,7 +170,7 @@ TEST(Analyze, ShowsThePointsOfAMaskAndTheAxesThatItsFilterGroups) {
                   HasSubstr("50 %: 8452 points"), HasSubstr("averaged over rings and 16 slices"),
                   HasSubstr("Spectrum over t and z"), HasSubstr("<td>tz</td>"), HasSubstr("no frequency is that low")));
   ASSERT_EQ(quality.groups.size(), 4U);
-  EXPECT_THAT(page, HasSubstr(fmt::format("<td>{:.3g}</td>", quality.groups[0].low_frequency_power)));
+  EXPECT_THAT(page, HasSubstr("<td>" + number_text(quality.groups[0].low_frequency_power, 3) + "</td>"));
   // Every pixel 9 times as large: 9 times 23 fit 222.
   ImageReader reader(folder / "report/points_0.02.png");
   std::vector<std::byte> bytes(reader.shape(0).num_bytes());
@@ -131,6 +229,35 @@ TEST(Plot, SurvivesLinesWithNothingToShow) {
   plot.lines.clear();
   plot.log_y = false;
   EXPECT_THAT(plot_svg(plot), Not(HasSubstr("nan")));
+}
+
+// Words of an axis and of the legend, with the room that they take at 6.6 units a letter.
+TEST(Plot, WordsDoNotLieOnEachOther) {
+  Plot plot{"title", "seconds", "power, white noise = 1", true, {}, true};
+  for (const char* const name :
+       {"this texture", "filter lets through", "another one of them", "white noise", "xyz", "the last of all"})
+    plot.lines.push_back({name, {1e-7, 1e6}, {3e-8, 20}});
+  const std::string svg = plot_svg(plot);
+  struct Box {
+    double x0, x1, y;
+  };
+  std::vector<Box> boxes;
+  const std::regex text(
+      "<text class='nl-(tick|label)'( text-anchor='(middle|end)')? x='([-0-9.]+)' y='([-0-9.]+)'>([^<]*)<");
+  for (std::sregex_iterator at(svg.begin(), svg.end(), text), end; at != end; ++at) {
+    const double width = 6.6 * static_cast<double>((*at)[6].length());
+    const double x = std::stod((*at)[4]) - ((*at)[3] == "middle" ? width / 2 : (*at)[3] == "end" ? width : 0);
+    boxes.push_back({x, x + width, std::stod((*at)[5])});
+    EXPECT_GE(boxes.back().x0, 0) << (*at)[6];
+    EXPECT_LE(boxes.back().x1, plot.width) << (*at)[6];
+  }
+  ASSERT_GT(boxes.size(), 15U);
+  for (std::size_t a = 0; a < boxes.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      EXPECT_FALSE(boxes[a].x0 < boxes[b].x1 && boxes[b].x0 < boxes[a].x1 && std::abs(boxes[a].y - boxes[b].y) < 12)
+          << a << " and " << b << "\n"
+          << svg;
+  EXPECT_THAT(svg, Not(testing::ContainsRegex(">[0-9.]+e-?[0-9]+<")));
 }
 
 TEST(Plot, LogarithmicXPlacesEqualRatiosAtEqualDistances) {

@@ -1,4 +1,4 @@
-// Which slices may move at the same time.
+// Which slices may move at the same time: those of one colour class.
 //
 // Slices that are coupled and all move against a frozen copy of each other chase the same background, and the error
 // grows without bound; slices a few apart behave as if they had moved one after another (DESIGN, section 4.4). So the

@@ -1,4 +1,10 @@
-// The value kernel between slices, at low rank: K(a, b) = f(a)^T A f(b) + terms of one sample, which no swap changes.
+// The value kernel K between the samples of different slices, written with a few functions of one sample, its
+// *features* f:
+//
+//   K(a, b) = f(a)^T A f(b)  +  terms of one sample alone, which no swap of samples within a slice changes
+//
+// With them the pull of all other slices on a sample is a sum that is taken once for each visit (anneal/background.h),
+// however many slices the temporal filter reaches.
 //
 // f are functions that are cheap to evaluate: products of cosines cos(k pi x) over the bounding box of the samples
 // (scalars, vectors), cos and sin(2 pi k x) (circle), monomials (directions); of the kernel -d, odd ones where even
@@ -17,9 +23,9 @@ namespace noiseloom {
 
 class FeatureMap {
  public:
-  // `rank` features at most (fewer where the space has fewer). list: samples, interleaved; at least one. Pure, in
-  // double.
-  FeatureMap(const ValueKernel& kernel, int rank, std::span<const float> list);
+  // `most_features` features at most (fewer where the space has fewer). list: samples, interleaved; at least one. Pure,
+  // in double.
+  FeatureMap(const ValueKernel& kernel, int most_features, std::span<const float> list);
 
   // A feature is a product of at most max_factors entries of the tables of its sample.
   static constexpr int max_factors = 8;
@@ -46,7 +52,7 @@ class FeatureMap {
   std::vector<double> features(const float* sample) const;
 
  private:
-  void choose_features(const ValueKernel& kernel, int rank);
+  void choose_features(const ValueKernel& kernel, int most_features);
   void fit(const ValueKernel& kernel, std::span<const float> list);
 
   Basis basis_;

@@ -1,5 +1,9 @@
-// One visit of one slice, or of a tile of it: candidate pairs are drawn, judged against a frozen copy of everything
-// around, and swapped. What comes out is the list of swaps, in order; whoever holds the slice applies it.
+// One visit of one slice, or of a tile of it: pairs of cells are drawn whose samples might change places (candidates),
+// and the change of the energy decides about each of them. Everything around the tile is taken as it was before the
+// visit. What comes out is the list of swaps, in order; whoever holds the slice carries them out.
+//
+// Two ways of drawing and deciding: AnnealMover, one candidate after the other by the Metropolis rule [Metropolis et
+// al. 1953, doi:10.1063/1.1699114], and PairingMover, the step of the FAST paper, where all cells are paired at once.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +30,7 @@ struct VisitResult {
   std::vector<Swap> swaps;  // in order
   std::int64_t num_swaps = 0;
   std::int64_t candidates = 0;
-  double energy = 0;  // anneal: sum of dE of the swaps
+  double energy = 0;  // anneal: sum of dE of the swaps, each as the one before it left the tile
 };
 
 // How far partners lie: between n / near and n / far ids, for n samples; near >= far >= 2.
@@ -35,8 +39,10 @@ struct StepRange {
   double far = 2;
 };
 
-// Partners that are near in sample space: ids (positions in a locality-preserving order of the slice's samples) whose
-// distance is drawn log-uniformly from a StepRange, and is at least 1. Ids end at a mirror, or close to a ring.
+// Draws the partner of a cell among the samples that are like its own: a swap of like samples changes the energy little
+// and is accepted more often. Ids number the samples of a slice so that neighbours are alike (samples/sample_space.h);
+// the distance between the ids of a pair is drawn log-uniformly from a StepRange, and is at least 1. At both ends ids
+// are reflected, or, on a circle, go on at the other end.
 class PartnerDraw {
  public:
   PartnerDraw(std::int64_t num_samples, StepRange range, bool circular);

@@ -7,22 +7,22 @@
 namespace noiseloom {
 
 enum class Method { anneal, fast, void_and_cluster };
-enum class Precision { single, dual };  // float, double
+enum class Precision { float32, float64 };
 
 // Exactly one rule is set; the others are zero.
 struct StopSpec {
   std::int64_t iterations = 1000;  // one iteration = one candidate pair for every two samples
   double time_s = 0;               // the schedule is fitted to it
   double score = 0;                // stop at R <= score
-  double improvement = 0;          // stop when twice the iterations lower R by less than this fraction
+  double improvement = 0;          // stop when a hundred iterations more lower R by less than this fraction
 };
 
 struct OptimizerSpec {
   Method method = Method::anneal;
   StopSpec stop;
-  Precision precision = Precision::single;
+  Precision precision = Precision::float32;
   double cutoff = 0;             // footprint taps below cutoff * F(0) are left out of the energy (never out of R)
-  int background_rank = 8;       // anneal, product over slices: features that stand for the other slices; 0: all taps
+  int background_features = 8;   // anneal, product over slices: features that stand for the other slices; 0: all taps
   double temperature_start = 0;  // anneal: in units of the problem's mean |dE|; 0 = found from the problem
   double temperature_end = 0;
   double fraction = 0.125;    // fast: first value of gamma

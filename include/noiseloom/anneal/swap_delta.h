@@ -3,7 +3,11 @@
 //   E = sum over ordered pairs j != k of F(j - k) K(s_j, s_k)
 //   dE = 2 sum_{k != i, j} (F(i - k) - F(j - k)) (K(s_j, s_k) - K(s_i, s_k))          [FAST24, eq. 8, for any K]
 //
-// evaluated as two sums over the footprint, centred at i and at j, less the term of the pair itself.
+// for the samples a = s_i and b = s_j that change places, evaluated as two sums over the footprint, centred at i and at
+// j, less the term of the pair itself:
+//
+//   dE / 2 = sum_d F(d) (K(b, s_{i+d}) - K(a, s_{i+d}))  +  sum_d F(d) (K(a, s_{j+d}) - K(b, s_{j+d}))
+//            - F(i - j) (K(a, a) + K(b, b) - 2 K(a, b))
 #pragma once
 
 #include <cstdint>
@@ -43,10 +47,10 @@ class SwapDelta {
   virtual void swap(CellPair pair) = 0;
 };
 
-// dual: double, from the definitions. single: float, vectorised; the same bits on every machine. Float resolves angles
-// between directions to 4e-7, save within 1e-3 of the antipode.
-// between_slices: where given, slices other than the moving one act through these features (dual takes all taps all the
-// same; requires footprint.factors()); otherwise through all their taps. window: the whole slice if not given.
+// float64: from the definitions. float32: vectorised; the same bits on every machine. It resolves angles between
+// directions to 4e-7, save within 1e-3 of the antipode.
+// between_slices: where given, slices other than the moving one act through these features (float64 takes all taps all
+// the same; requires footprint.factors()); otherwise through all their taps. window: the whole slice if not given.
 // Footprint and map must outlive the object.
 std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision,
                                            const FeatureMap* between_slices = nullptr,

@@ -1,4 +1,4 @@
-// How the visit of a slice is divided into tiles that move at the same time.
+// How the visit of a slice is divided into tiles, rectangles that move at the same time.
 //
 // Tiles do not see each other: between any two lie at least as many cells as the footprint reaches, and these stay
 // where they are. The grid is shifted at random from visit to visit, so that every cell moves nearly as often as every

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
+#include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -12,6 +14,26 @@
 #include "noiseloom/files/file_ops.h"
 
 namespace noiseloom {
+
+// A file that is written from its start to its end, piece by piece.
+class OutputStream {
+ public:
+  // Creates the file. Throws EnvironmentError, as the functions below do.
+  OutputStream(FileOps& ops, const std::string& path) : ops_(ops), file_(ops.create(path)) {}
+  // Closes the file, unless that was done; a failure is then not told, as another one is on its way.
+  ~OutputStream();
+  OutputStream(const OutputStream&) = delete;
+  OutputStream& operator=(const OutputStream&) = delete;
+
+  void append(std::span<const std::byte> bytes);
+  void append(const std::string& text) { append(std::as_bytes(std::span(text.data(), text.size()))); }
+  void close();
+
+ private:
+  FileOps& ops_;
+  std::optional<int> file_;  // none: closed
+  std::uint64_t size_ = 0;
+};
 
 class OutputFiles {
  public:
@@ -26,18 +48,18 @@ class OutputFiles {
   // The temporary path to write `target` to; it has the target's folder (created if missing) and extension. Throws
   // as check() does, and EnvironmentError when the folder cannot be made.
   std::string add(const std::string& target);
-  // add() and write the bytes.
-  void write(const std::string& target, std::span<const std::byte> bytes);
+  // add(), and the file to write to.
+  std::unique_ptr<OutputStream> open(const std::string& target);
+  // add() and write the whole file.
   void write(const std::string& target, const std::string& text);
-  // add() and write what `write` appends, piece by piece.
-  using Append = std::function<void(std::span<const std::byte>)>;
-  void write_pieces(const std::string& target, const std::function<void(const Append&)>& write);
   // Those added so far.
   std::vector<std::string> targets() const;
   // Syncs and renames everything. Throws EnvironmentError.
   void commit();
 
  private:
+  void sync(const std::string& path);
+
   FileOps& ops_;
   bool overwrite_;
   std::vector<std::pair<std::string, std::string>> files_;  // temporary, target

@@ -44,23 +44,31 @@ inline std::uint16_t quantise(double u, int bits) {
 // (b + 0.5) / 2^bits: the middle of the step.
 inline double dequantise(std::uint16_t b, int bits) { return (b + 0.5) / static_cast<double>(1 << bits); }
 
-// What one channel of an image pixel holds: a channel of the sample (>= 0), zero or the density.
-inline constexpr int zero_channel = -1;
-inline constexpr int density_channel = -2;
+// What one channel of an image pixel holds: a channel of the sample (>= 0), or one of these.
+inline constexpr int zero_channel = -1;     // zero
+inline constexpr int density_channel = -2;  // the density of the sample over the largest density
+inline constexpr int opaque_channel = -3;   // the largest number, as alpha
 
-enum class ImageFormat { png, tiff, exr, hdr };
-
-// The channels of an image of `format` for samples of `channels` channels.
-//   png, tiff  1: Y    2: R G 0    3: RGB    4: RGBA    5..8: tiff only
-//   exr        1: Y    2: R G      3: RGB    4: RGBA    5..8: c0..c7
-//   hdr        RGB always: scalars three times, 2: R G 0
-// With density, alpha holds it: png, tiff always RGBA (a scalar three times), exr one channel more.
 struct PixelLayout {
   std::vector<int> source;
   std::vector<std::string> names;
-  int alpha = -1;  // index of the alpha channel
+  int alpha = -1;  // index of the alpha channel, -1: none
 };
-// None where the format cannot hold it; `why` then says what is possible.
-std::optional<PixelLayout> pixel_layout(ImageFormat format, int channels, bool with_density, std::string& why);
+
+// The channels of an image for samples of `channels` channels, as the containers hold them:
+//   png_pixel    1: Y    2: R G 0    3: RGB    4: RGBA
+//   tiff_pixel   the same, and more than 4: c0, c1, ...
+//   exr_pixel    1: Y    2: R G      3: RGB    4: RGBA    more: c0, c1, ...
+//   rgb_pixel    RGB always: a scalar three times, 2: R G 0
+//   plain_pixel  the channels of the sample, without names
+//   rgba_pixel   RGBA always, opaque: 2: R G 0 A
+// With density, the channel A holds it, which requires at most 3 channels: png and tiff are then always RGBA (a scalar
+// three times), exr has one channel more. rgb_pixel, plain_pixel and rgba_pixel hold none.
+PixelLayout png_pixel(int channels, bool with_density);
+PixelLayout tiff_pixel(int channels, bool with_density);
+PixelLayout exr_pixel(int channels, bool with_density);
+PixelLayout rgb_pixel(int channels, bool with_density);
+PixelLayout plain_pixel(int channels, bool with_density);
+PixelLayout rgba_pixel(int channels, bool with_density);
 
 }  // namespace noiseloom

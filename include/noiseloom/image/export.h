@@ -1,7 +1,7 @@
 // Run files to images and arrays.
 //
 // Everything is checked before the first byte is written, files appear whole or not at all (output_files.h), and what
-// is stored is described in encoding.h.
+// is stored is described in encoding.h. The containers that can be written stand in one table (container.h).
 //
 // With a threshold: the point set of the earliest pixels (pixel_order.h) as black and white images, and as a table of
 // coordinates in the order of the sequence.
@@ -10,20 +10,19 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "noiseloom/config/config.h"
 #include "noiseloom/files/file_ops.h"
 #include "noiseloom/files/run_file.h"
-#include "noiseloom/image/image_io.h"
-#include "noiseloom/image/naming.h"
+#include "noiseloom/image/container.h"
 
 namespace noiseloom {
 
-// As written on the command line; empty means "not given".
+// As written on the command line; empty means "not given". What is accepted stands in the table of containers.
 struct ExportOptions {
   std::string output;     // a file, a pattern of files or a folder
-  std::string format;     // png, exr, tiff, hdr, npy, raw; from the extension of `output`, else png
+  std::string format;     // name of a container; from the ending of `output`, else png
   std::string layout;     // slices, strip, exr-multipart
   std::string depth;      // 8, 16, 32f
   std::string naming;     // plain, nvidia, ea, a pattern
@@ -34,35 +33,37 @@ struct ExportOptions {
   bool overwrite = false;
 };
 
-enum class ExportLayout { slices, strip, parts, array };
-
-struct ExportPlan {
-  std::string format;                // the name, as in the options
-  std::optional<ImageFormat> image;  // none: npy, raw
+// One container that an export writes, and the files of it.
+struct ExportOutput {
+  const Container* container = nullptr;
   ExportLayout layout = ExportLayout::slices;
   PixelType type = PixelType::uint8;
+  PixelLayout pixel;
+  std::vector<std::string> targets;  // layout `slices`: one file a slice, else one file
+};
+
+struct ExportPlan {
+  std::vector<ExportOutput> outputs;  // the one that was asked for, then the tables that go with a point set
   SliceIndex begin = 0;
   SliceIndex end = 0;
-  // Stored numbers are to_unit(range, value); none: the values themselves.
-  std::optional<ValueRange> range;
-  PixelLayout pixel;
+  std::optional<ValueRange> range;  // stored numbers are to_unit(range, value); none: the values themselves
   bool with_density = false;
-  std::vector<std::string> targets;  // one file a slice, or one file
-  // With a threshold: how many pixels of the whole texture are points, and where their coordinates go.
-  std::optional<std::int64_t> num_points;
-  std::string points_csv;
-  std::string points_npy;  // with format npy alone
+  std::optional<std::int64_t> num_points;  // with a threshold: how many pixels of the whole texture are points
 };
 
 // What is to be written where. `name` is the run file's path. Throws UserError with every fault.
 ExportPlan plan_export(const std::string& name, const RunFileContent& content, const ProblemSpec& problem,
                        const ExportOptions& options);
 
+// How far a run came that is not finished, in words; "" for one that is.
+std::string unfinished_run(const RunFileContent& content, const RunConfig& config);
+
 struct ExportResult {
   std::string change;               // as RunFileReader::change
   std::vector<std::string> files;   // images or arrays
   std::vector<std::string> tables;  // with a threshold: the coordinates,
   std::string points;               // and how many points there are, in words
+  std::string unfinished;           // as unfinished_run
 };
 
 // Throws UserError (nothing was written) or EnvironmentError (nothing is left behind).

@@ -31,6 +31,10 @@ struct ImageShape {
   std::size_t num_bytes() const;
 };
 
+// The formats that are written through the image library.
+enum class ImageFormat { png, tiff, exr, hdr };
+
+// How the blocks of an image lie in its file: one under the other, or as parts of an OpenEXR file.
 enum class Stacking { down, parts };
 
 struct ImageJob {
@@ -42,12 +46,28 @@ struct ImageJob {
   std::vector<std::string> part_names;  // Stacking::parts: one per block
 };
 
+// Writes an image file block by block and, when the last one is there, reads it back and compares, as a full disk is
+// not always reported by image libraries. (hdr keeps 8 bits of each number: there only the size is compared.)
+class ImageWriter {
+ public:
+  // The file must not exist. Throws EnvironmentError with the library's own words, as the functions below do; the file
+  // may then exist, incomplete.
+  ImageWriter(const std::string& path, const ImageJob& job);
+  ~ImageWriter();
+  // The next block, from the first to the last.
+  void write_block(std::span<const std::byte> bytes);
+  // Requires that all blocks were written.
+  void close();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
 // The bytes of one block; valid until the next call.
 using BlockBytes = std::function<std::span<const std::byte>(int block)>;
 
-// Writes the file, then reads it back and compares, as a full disk is not always reported by image libraries; `blocks`
-// is called twice for each block. (hdr keeps 8 bits of each number: there only the size is compared.) The file must not
-// exist. Throws EnvironmentError with the library's own words; the file may then exist, incomplete.
+// All of the above in one call.
 void write_image(const std::string& path, const ImageJob& job, const BlockBytes& blocks);
 
 // An image file open for reading.

@@ -26,6 +26,7 @@
 //                          added up; left out where that is below 1e-6. F_g(0) = 1 on a wide torus.  [STBN22, eq. 4]
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -64,10 +65,10 @@ class Footprint {
   // Taps by slice offset; element 0 is offset zero (possibly without taps), the rest ordered by their coordinates, the
   // last axis counting most. All weights non-zero.
   std::span<const SliceTaps> slices() const { return slices_; }
-  std::int64_t num_taps() const;
+  std::int64_t num_taps() const { return num_taps_; }
   bool couples_slices() const { return slices_.size() > 1; }
   // Largest |offset| with a tap, along x or y (axis 0 or 1) or a slice axis.
-  std::int32_t reach(int axis) const;
+  std::int32_t reach(int axis) const { return reach_[static_cast<std::size_t>(axis)]; }
 
   // Set where F(dx, dy, slice offset) = plane(dx, dy) * along(slice offset) for all offsets: `plane` includes (0, 0),
   // `along` has offset zero first. Of the filter before the cutoff, as a cut product is none. Always set where no two
@@ -83,6 +84,8 @@ class Footprint {
   double weight_zero_ = 0;
   double weight_sum_ = 0;
   std::vector<SliceTaps> slices_;
+  std::int64_t num_taps_ = 0;
+  std::array<std::int32_t, Extents::max_axes> reach_{};
   std::optional<Factors> factors_;
 };
 

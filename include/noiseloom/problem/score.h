@@ -45,6 +45,8 @@ class MeanDistance {
   double run_task(std::int64_t task, const SliceList& list) const;
   double combine(std::span<const double> task_results) const;
   bool exact() const;
+  // How many pairs of samples are looked at, where samples are not sorted.
+  std::int64_t num_pairs() const;
   // All tasks on this process.
   double compute(const SliceList& list, ThreadPool& pool) const;
 

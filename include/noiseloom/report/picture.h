@@ -34,8 +34,6 @@ Picture cropped(const Picture& picture, int width, int height);
 Picture enlarged(const Picture& picture, int across, int down);
 // The whole number >= 1 by which `length` pixels fill `size` best without passing it.
 int factor_to_fill(int length, int size);
-// Pictures of equal height, white columns of `gap` pixels between them.
-Picture side_by_side(const std::vector<Picture>& pictures, int gap);
 
 // Writes an 8 bit RGB PNG; the file must not exist. Throws EnvironmentError.
 void write_picture(const std::string& path, const Picture& picture, const std::string& description);

@@ -41,6 +41,17 @@ std::vector<double> linear_ticks(double lo, double hi, int wanted);
 
 std::string plot_svg(const Plot& plot);
 
+// The axes of a picture of a spectrum: both run from -1/2 to 1/2, zero in the middle.
+struct PictureAxes {
+  std::string title;
+  std::string x_label;
+  std::string y_label;
+};
+// The picture, one unit a pixel, with its axes. `image_source`: a URL, such as data:image/png;base64,...
+std::string picture_with_axes(const std::string& image_source, int width, int height, const PictureAxes& axes);
+// How wide that is for a picture of so many pixels.
+int picture_width_with_axes(int width);
+
 // The text with &, <, > and quotes escaped for XML and HTML.
 std::string xml_escaped(const std::string& text);
 

@@ -12,7 +12,7 @@ namespace noiseloom {
 struct ReportFigure {
   std::string html;     // an <img> or <svg>
   std::string caption;  // plain text
-  int width = 0;        // CSS pixels; 0: what is left of the row
+  int width = 0;        // CSS pixels, at most page_width; 0: what is left of the row
 };
 
 // A line of a table; `command` stands under it, in the letters of a terminal, over the whole width.
@@ -47,6 +47,13 @@ struct ReportScore {
   double relative_error;
 };
 
+// What the page was made by. Empty members are left out.
+struct ReportOrigin {
+  std::string version;
+  std::string date;
+  std::string command;
+};
+
 struct Report {
   std::string title;
   std::string subtitle;
@@ -56,12 +63,19 @@ struct Report {
   std::vector<ReportScore> scores;
   std::vector<ReportSection> sections;
   std::string config;  // TOML; may be empty
+  ReportOrigin origin = {};
 };
 
 std::string base64(std::span<const std::byte> bytes);
 
-// An <img> that holds the PNG, as wide as the figure it is in, without smoothing.
-std::string embedded_png(std::span<const std::byte> png, const std::string& alternative_text);
+// "data:image/png;base64,...": what an image in a page may name as its source.
+std::string embedded_source(std::span<const std::byte> png);
+// An <img> of so many pixels that holds the PNG. The figure that it is put in must have the same width: a picture of
+// noise that is scaled by anything but a whole number shows patterns that are not in the texture.
+std::string embedded_png(std::span<const std::byte> png, int width, int height, const std::string& alternative_text);
+
+// The widest figure that a page shows as it is.
+inline constexpr int page_width = 914;
 
 std::string report_html(const Report& report);
 

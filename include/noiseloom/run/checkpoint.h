@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "noiseloom/anneal/engine.h"
+#include "noiseloom/anneal/swap_optimizer.h"
 #include "noiseloom/config/config.h"
 #include "noiseloom/dist/communicator.h"
 #include "noiseloom/files/run_file.h"
@@ -22,14 +22,15 @@ std::vector<SliceDataset> run_datasets(const SampleSource& source);
 // combined checksum of /samples on rank 0. On failure every rank throws EnvironmentError and earlier generations are
 // untouched. *Collective*
 std::string save_run(FileOps& ops, const std::string& path, const RunConfig& config, const SampleSource& source,
-                     Engine& engine, const Communicator& communicator, const std::string& inputs,
+                     SwapOptimizer& engine, const Communicator& communicator, const std::string& inputs,
                      const std::map<std::string, Attribute>& provenance);
 
 // The part of a run file that save_run wrote into /state and /history.
-EngineState engine_state(const RunFileContent& content);
+SwapState engine_state(const RunFileContent& content);
 
 // Brings the engine to the state of a run file, which rank 0 has opened (nullptr elsewhere). Throws EnvironmentError on
 // every rank if the stored samples are not those that the config yields (a sample file that has changed). *Collective*
-void restore_run(const RunFileReader* file, const Extents& extents, Engine& engine, const Communicator& communicator);
+void restore_run(const RunFileReader* file, const Extents& extents, SwapOptimizer& engine,
+                 const Communicator& communicator);
 
 }  // namespace noiseloom

@@ -1,4 +1,4 @@
-#include "noiseloom/anneal/engine_choices.h"
+#include "noiseloom/anneal/swap_choices.h"
 
 #include <algorithm>
 #include <numeric>
@@ -65,38 +65,52 @@ std::int64_t visit_length(const OptimizerSpec& optimizer, bool with_background) 
   return std::clamp<std::int64_t>(optimizer.stop.iterations / 24, 1, longest);
 }
 
-StopSpec in_sweeps(StopSpec stop, std::int64_t per_sweep) {
-  stop.iterations = (stop.iterations + per_sweep - 1) / per_sweep;
-  return stop;
+bool wants_features(const OptimizerSpec& optimizer, bool has_factors, std::int64_t num_taps, std::int64_t own_taps) {
+  return optimizer.method == Method::anneal && optimizer.precision != Precision::float64 && has_factors &&
+         num_taps >= 3 * own_taps;
 }
 
 std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
-                                                  const ValueKernel& kernel, const SampleSource& source, int rank) {
+                                                  const ValueKernel& kernel, const SampleSource& source, int count) {
   const auto own_taps = std::ssize(footprint.slices()[0].taps);
-  if (optimizer.method != Method::anneal || optimizer.precision == Precision::dual || rank == 0 ||
-      !footprint.factors() || footprint.num_taps() < 3 * own_taps) {
+  if (count == 0 || !wants_features(optimizer, footprint.factors().has_value(), footprint.num_taps(), own_taps)) {
     return std::nullopt;
   }
-  return FeatureMap(kernel, rank, source.list(0));
+  return FeatureMap(kernel, count, source.list(0));
 }
 
-int background_rank(const OptimizerSpec& optimizer, double fraction) {
+int num_features(const OptimizerSpec& optimizer, double fraction) {
   constexpr int most = 64;
   const int times = fraction < 0.75 ? 1 : fraction < 0.95 ? 4 : most;
-  return std::max(optimizer.background_rank, std::min(most, times * optimizer.background_rank));
+  return std::max(optimizer.background_features, std::min(most, times * optimizer.background_features));
 }
 
-std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, const Footprint& judged, bool with_background,
+std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, bool in_float, const Footprint& judged,
+                              bool with_features, std::int64_t iterations) {
+  return scores_per_round(kind, scored.num_taps(), in_float,
+                          with_features ? std::ssize(judged.slices()[0].taps) : judged.num_taps(), iterations);
+}
+
+std::int64_t scores_per_round(DistanceKind kind, std::int64_t scored_taps, bool in_float, std::int64_t judged_taps,
                               std::int64_t iterations) {
   // Nanoseconds, measured: of R for a tap of a cell, and of a candidate without and for each tap.
-  const double scored_tap = kind == DistanceKind::angle ? 4 : kind == DistanceKind::euclidean ? 0.5 : 0.15;
-  const double judged_tap = kind == DistanceKind::angle ? 1 : kind == DistanceKind::euclidean ? 0.3 : 0.1;
-  const auto own_taps = static_cast<double>(judged.slices()[0].taps.size());
-  const double taps = with_background ? own_taps : static_cast<double>(judged.num_taps());
-  const double score = scored_tap * static_cast<double>(scored.num_taps()) / 2;
-  const double iteration = (30 + 2 * judged_tap * taps) / 2;
-  return std::clamp<std::int64_t>(static_cast<std::int64_t>(static_cast<double>(iterations) * iteration / score / 30),
-                                  1, 50);
+  struct Cost {
+    double scored_tap;
+    double scored_tap_in_float;
+    double judged_tap;
+  };
+  const Cost cost = kind == DistanceKind::angle       ? Cost{4, 0.35, 1}
+                    : kind == DistanceKind::euclidean ? Cost{0.5, 0.12, 0.3}
+                                                      : Cost{0.15, 0.05, 0.1};
+  constexpr double candidate = 100;
+  constexpr double most_of_run = 1.0 / 12;  // for so few points that a curve needs them all,
+  constexpr double few_points = 20;
+  constexpr double little_of_run = 1.0 / 40;  // and for more
+  const auto taps = static_cast<double>(judged_taps);
+  const double score = (in_float ? cost.scored_tap_in_float : cost.scored_tap) * static_cast<double>(scored_taps) / 2;
+  const double round = static_cast<double>(iterations) * (candidate + 2 * cost.judged_tap * taps) / 2;
+  const double most = std::clamp(little_of_run * round / score, few_points, 50.0);
+  return static_cast<std::int64_t>(std::clamp(most_of_run * round / score, 1.0, most));
 }
 
 }  // namespace noiseloom

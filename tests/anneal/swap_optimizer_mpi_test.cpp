@@ -1,5 +1,5 @@
 // The optimiser gives the same permutations on any number of ranks and threads and after any interruption.
-#include "noiseloom/anneal/engine.h"
+#include "noiseloom/anneal/swap_optimizer.h"
 
 #include <gtest/gtest.h>
 
@@ -45,7 +45,7 @@ std::vector<Case> cases() {
   four.problem.extents = Extents({7, 5, 3, 5});
   four.problem.samples = {SampleKind::hemisphere_cosine, 3, "", DistanceKind::angle};
   four.problem.filter.groups = {group({0, 1}, box(3)), group({2, 3}, gauss(0.7))};
-  four.optimizer.precision = Precision::dual;
+  four.optimizer.precision = Precision::float64;
   four.optimizer.stop.iterations = 5;
   all.push_back(four);
 
@@ -65,7 +65,7 @@ std::vector<std::vector<std::uint32_t>> straight_run(const Case& job, std::vecto
   const Communicator alone = Communicator::self();
   ThreadPool pool(1);
   const SampleSource source = source_of(job.problem);
-  Engine engine(job.problem, job.optimizer, source, alone, pool);
+  SwapOptimizer engine(job.problem, job.optimizer, source, alone, pool);
   engine.start();
   while (!engine.finished()) engine.step(0);
   history = engine.history();
@@ -74,7 +74,7 @@ std::vector<std::vector<std::uint32_t>> straight_run(const Case& job, std::vecto
   return result;
 }
 
-TEST(Engine, SamePermutationsOnAnyRanksAndThreads) {
+TEST(SwapOptimizer, SamePermutationsOnAnyRanksAndThreads) {
   const Communicator world = Communicator::world();
   for (const Case& job : cases()) {
     SCOPED_TRACE(job.name);
@@ -83,7 +83,7 @@ TEST(Engine, SamePermutationsOnAnyRanksAndThreads) {
     for (const int threads : {1, 2}) {
       ThreadPool pool(threads);
       const SampleSource source = source_of(job.problem);
-      Engine engine(job.problem, job.optimizer, source, world, pool);
+      SwapOptimizer engine(job.problem, job.optimizer, source, world, pool);
       engine.start();
       while (!engine.finished()) engine.step(0);
       engine.settle();
@@ -100,7 +100,7 @@ TEST(Engine, SamePermutationsOnAnyRanksAndThreads) {
 }
 
 // Stops after every possible step; the state and the permutations are all that the next engine gets.
-TEST(Engine, GoesOnFromEveryStepToTheSamePermutations) {
+TEST(SwapOptimizer, GoesOnFromEveryStepToTheSamePermutations) {
   const Communicator world = Communicator::world();
   for (const Case& job : cases()) {
     SCOPED_TRACE(job.name);
@@ -108,11 +108,11 @@ TEST(Engine, GoesOnFromEveryStepToTheSamePermutations) {
     const auto expected = straight_run(job, expected_history);
     ThreadPool pool(1);
     const SampleSource source = source_of(job.problem);
-    auto engine = std::make_unique<Engine>(job.problem, job.optimizer, source, world, pool);
+    auto engine = std::make_unique<SwapOptimizer>(job.problem, job.optimizer, source, world, pool);
     engine->start();
     while (!engine->finished()) {
       engine->step(0);
-      const EngineState state = engine->state();
+      const SwapState state = engine->state();
       std::vector<std::vector<std::uint32_t>> all(static_cast<std::size_t>(job.problem.extents.num_slices()));
       // Everybody learns every permutation, as from a run file.
       const Partition& partition = engine->partition();
@@ -141,7 +141,7 @@ TEST(Engine, GoesOnFromEveryStepToTheSamePermutations) {
             ids.resize(block.size() / sizeof(std::uint32_t));
             std::copy(block.begin(), block.end(), std::as_writable_bytes(std::span(ids)).begin());
           });
-      engine = std::make_unique<Engine>(job.problem, job.optimizer, source, world, pool);
+      engine = std::make_unique<SwapOptimizer>(job.problem, job.optimizer, source, world, pool);
       engine->restore(state, [&](SliceIndex slice) { return all[static_cast<std::size_t>(slice)]; });
     }
     for (SliceIndex s = engine->partition().begin(world.rank()); s < engine->partition().end(world.rank()); ++s) {
@@ -151,13 +151,13 @@ TEST(Engine, GoesOnFromEveryStepToTheSamePermutations) {
   }
 }
 
-TEST(Engine, KeepsTheSamplesOfEverySliceBitForBit) {
+TEST(SwapOptimizer, KeepsTheSamplesOfEverySliceBitForBit) {
   const Communicator world = Communicator::world();
   for (const Case& job : cases()) {
     SCOPED_TRACE(job.name);
     ThreadPool pool(1);
     const SampleSource source = source_of(job.problem);
-    Engine engine(job.problem, job.optimizer, source, world, pool);
+    SwapOptimizer engine(job.problem, job.optimizer, source, world, pool);
     engine.start();
     while (!engine.finished()) engine.step(0);
     const auto channels = static_cast<std::size_t>(source.channels());
@@ -176,7 +176,7 @@ TEST(Engine, KeepsTheSamplesOfEverySliceBitForBit) {
 }
 
 // gamma this small makes simultaneous swaps all but independent: the energy, and with K = -d also R, can only fall.
-TEST(Engine, RelativeErrorFallsInEverySweepOfAGreedyRun) {
+TEST(SwapOptimizer, RelativeErrorFallsInEverySweepOfAGreedyRun) {
   const Communicator world = Communicator::world();
   Case job = cases()[1];
   job.problem.extents = Extents({32, 32, 5});
@@ -185,7 +185,7 @@ TEST(Engine, RelativeErrorFallsInEverySweepOfAGreedyRun) {
   job.optimizer.stop.iterations = 40;
   ThreadPool pool(1);
   const SampleSource source = source_of(job.problem);
-  Engine engine(job.problem, job.optimizer, source, world, pool);
+  SwapOptimizer engine(job.problem, job.optimizer, source, world, pool);
   engine.start();
   double before = engine.relative_error();
   while (!engine.finished()) {
@@ -198,7 +198,7 @@ TEST(Engine, RelativeErrorFallsInEverySweepOfAGreedyRun) {
 }
 
 // Pairs that swap together see each other's old values; only a small share of them may, until few want to.
-TEST(Engine, FastConvergesOnASmallSliceUnderAWideFilter) {
+TEST(SwapOptimizer, FastConvergesOnASmallSliceUnderAWideFilter) {
   ProblemSpec problem;
   problem.extents = Extents({24, 24});
   problem.filter.groups = {group({0, 1}, box(5))};
@@ -208,7 +208,7 @@ TEST(Engine, FastConvergesOnASmallSliceUnderAWideFilter) {
   const SampleSource source = source_of(problem);
   const Communicator alone = Communicator::self();
   ThreadPool pool(1);
-  Engine engine(problem, optimizer, source, alone, pool);
+  SwapOptimizer engine(problem, optimizer, source, alone, pool);
   engine.start();
   while (!engine.finished()) engine.step(0);
   double lowest = 1;
@@ -219,27 +219,90 @@ TEST(Engine, FastConvergesOnASmallSliceUnderAWideFilter) {
   EXPECT_LT(engine.history().back().relative_error, 0.2);
 }
 
-// Between scores the shown R follows from the swaps alone.
-TEST(Engine, TheShownErrorIsMovedOnByTheEnergyOfTheSwaps) {
-  ProblemSpec problem;
-  problem.extents = Extents({70, 64});
-  problem.filter.groups = {group({0, 1}, box(3))};
-  OptimizerSpec optimizer;
-  optimizer.stop.iterations = 1200;
-  const SampleSource source = source_of(problem);
+// R of an optimiser's texture as it is now, by one that knows nothing but its permutations.
+double error_found_afresh(SwapOptimizer& optimizer, const Case& job, const SampleSource& source, ThreadPool& pool,
+                          const Communicator& communicator) {
+  SwapState state = optimizer.state();
+  state.scored_iterations = -1;
+  SwapOptimizer other(job.problem, job.optimizer, source, communicator, pool);
+  other.restore(state, [&](SliceIndex slice) { return optimizer.permutation(slice); });
+  return other.relative_error();
+}
+
+// R is evaluated again whenever somebody looks, seconds apart; what is shown is R of a moment, and says of which. The
+// history and the texture do not depend on it.
+TEST(SwapOptimizer, ShowsNothingButR) {
+  const Communicator alone = Communicator::self();
+  ThreadPool pool(2);
+  for (const Case& job : cases()) {
+    SCOPED_TRACE(job.name);
+    std::vector<HistoryRow> expected_history;
+    const auto expected = straight_run(job, expected_history);
+    const SampleSource source = source_of(job.problem);
+    SwapOptimizer optimizer(job.problem, job.optimizer, source, alone, pool);
+    optimizer.start();
+    double seconds = 0;
+    while (!optimizer.finished()) {
+      optimizer.step(seconds += 1000);
+      const double exact = error_found_afresh(optimizer, job, source, pool, alone);
+      const bool ends_sweep = optimizer.state().step == 0;
+      EXPECT_EQ(optimizer.last_score_is_current(), ends_sweep);
+      if (ends_sweep) {
+        EXPECT_NEAR(optimizer.last_score(), exact, 1e-4 * exact);
+      }
+      optimizer.score_now();
+      EXPECT_TRUE(optimizer.last_score_is_current());
+      EXPECT_EQ(optimizer.last_score(), exact);
+      EXPECT_EQ(optimizer.last_score_at_iteration(), optimizer.iterations());
+    }
+    ASSERT_EQ(optimizer.history().size(), expected_history.size());
+    for (std::size_t row = 0; row < expected_history.size(); ++row) {
+      EXPECT_EQ(optimizer.history()[row].relative_error, expected_history[row].relative_error);
+      EXPECT_EQ(optimizer.history()[row].iterations, expected_history[row].iterations);
+    }
+    EXPECT_EQ(optimizer.history().back().relative_error, error_found_afresh(optimizer, job, source, pool, alone));
+    for (SliceIndex s = 0; s < job.problem.extents.num_slices(); ++s) {
+      EXPECT_EQ(optimizer.permutation(s), expected[static_cast<std::size_t>(s)]);
+    }
+  }
+}
+
+Case ending_by(StopSpec stop, std::vector<std::int64_t> sizes) {
+  Case job{"", {}, {}};
+  job.problem.extents = Extents(std::move(sizes));
+  job.problem.filter.groups = {group({0, 1}, box(3))};
+  job.optimizer.stop = stop;
+  return job;
+}
+
+std::string reason_of_ending(const Case& job, std::vector<HistoryRow>& history) {
   const Communicator alone = Communicator::self();
   ThreadPool pool(1);
-  Engine engine(problem, optimizer, source, alone, pool);
-  engine.start();
-  int compared = 0;
-  while (!engine.finished()) {
-    const std::size_t scores = engine.history().size();
-    engine.step(0);
-    if (engine.history().size() != scores) continue;
-    EXPECT_NEAR(engine.last_sweep().relative_error, engine.relative_error(), 1e-4);
-    ++compared;
+  const SampleSource source = source_of(job.problem);
+  SwapOptimizer optimizer(job.problem, job.optimizer, source, alone, pool);
+  optimizer.start();
+  while (!optimizer.finished() && optimizer.sweep() < 5000) optimizer.step(0);
+  history = optimizer.history();
+  return optimizer.finished_by();
+}
+
+TEST(SwapOptimizer, EndsWhereItsStopRuleCannotBeMet) {
+  StopSpec score;
+  score.iterations = 0;
+  score.score = 1e-6;
+  std::vector<HistoryRow> history;
+  EXPECT_EQ(reason_of_ending(ending_by(score, {16, 16}), history), ended::out_of_reach);
+  for (const std::vector<std::int64_t>& sizes : {std::vector<std::int64_t>{1, 1}, {1, 1, 7}}) {
+    EXPECT_EQ(reason_of_ending(ending_by(score, sizes), history), ended::nothing_to_swap);
+    EXPECT_EQ(history.size(), 1U);
   }
-  EXPECT_GT(compared, 0);
+  score.score = 0.99;
+  EXPECT_EQ(reason_of_ending(ending_by(score, {16, 16}), history), ended::by_score);
+  StopSpec improvement;
+  improvement.iterations = 0;
+  improvement.improvement = 0.02;
+  EXPECT_EQ(reason_of_ending(ending_by(improvement, {16, 16}), history), ended::by_improvement);
+  EXPECT_LT(history.back().iterations, 5000);
 }
 
 }  // namespace

@@ -1,0 +1,56 @@
+// What the optimiser by swaps chooses from the problem: pure functions of config and footprint, never of ranks, threads
+// or clocks.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "noiseloom/anneal/feature_map.h"
+#include "noiseloom/anneal/slice_mover.h"
+#include "noiseloom/anneal/spec.h"
+#include "noiseloom/anneal/tile_grid.h"
+#include "noiseloom/samples/sample_space.h"
+
+namespace noiseloom {
+
+// The start and end temperature of the anneal, in units of the mean |dE| at the start.
+struct TemperatureRange {
+  double start;
+  double end;
+};
+TemperatureRange temperature_range(const OptimizerSpec& optimizer);
+
+// Step size and temperature belong together: where a round is `fraction` through. Partners draw nearer as it cools.
+StepRange step_range(DistanceKind kind, int channels, double fraction);
+// Partners for as many samples as a tile has.
+PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile, double fraction);
+
+// The slices that move together: colour classes (anneal), or all of them (fast).
+std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint& footprint);
+TileGrid tiles_for(Method method, const Footprint& footprint, const std::vector<std::vector<SliceIndex>>& classes);
+
+// Whether slices act on each other through features, from what is known of the footprint.
+bool wants_features(const OptimizerSpec& optimizer, bool has_factors, std::int64_t num_taps, std::int64_t own_taps);
+// The features through which slices that are coupled by a product act on each other, `count` of them at most; nothing
+// where all taps are taken (other filters, double precision, a count of 0, or so few taps between slices that features
+// would cost more).
+std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
+                                                  const ValueKernel& kernel, const SampleSource& source, int count);
+// How many features stand for the other slices where a round is `fraction` through: as many as the config says, four
+// times as many in the last quarter, which is cold enough for what the first ones miss to count, and all that there can
+// be in the last twentieth.
+int num_features(const OptimizerSpec& optimizer, double fraction);
+// Iterations that one visit of a slice makes.
+std::int64_t visit_length(const OptimizerSpec& optimizer, bool with_background);
+
+// How often R is evaluated in a round of that many iterations: 50 times, or as often as costs a fortieth of it; but up
+// to 20 times where that costs no more than a twelfth, and at least once. From counts of taps, so that the history is
+// the same everywhere. `scored` is the footprint of R, which is found in float or in double; `judged` that of the
+// candidates.
+std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, bool in_float, const Footprint& judged,
+                              bool with_features, std::int64_t iterations);
+// The same from counts of taps: of R, and of those that a candidate is judged with.
+std::int64_t scores_per_round(DistanceKind kind, std::int64_t scored_taps, bool in_float, std::int64_t judged_taps,
+                              std::int64_t iterations);
+
+}  // namespace noiseloom

@@ -1,0 +1,95 @@
+// The optimiser by swaps, of one texture, over ranks and threads: the methods `anneal` and `fast`.
+//
+// A run is a sequence of sweeps; a sweep visits every slice once. It is made of steps, each of which moves the slices
+// of one colour class (colour_classes.h) at the same time: every slice against a frozen copy of all others. After a
+// step the ranks tell each other what has changed.
+//
+// After every step the state is complete: the permutations of the own slices and SwapState are all that is needed to go
+// on, on any number of ranks and threads, to the same bytes (except with stop.time, which follows the clock).
+//
+// R is evaluated where the schedule asks for it, which makes the rows of the history, and also where somebody wants to
+// know (score_now). What is shown in between is R as last evaluated, and where that was: it is never guessed.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "noiseloom/anneal/schedule.h"
+#include "noiseloom/anneal/spec.h"
+#include "noiseloom/anneal/swap_state.h"
+#include "noiseloom/core/parallel.h"
+#include "noiseloom/dist/communicator.h"
+#include "noiseloom/dist/halo_plan.h"
+#include "noiseloom/problem/spec.h"
+#include "noiseloom/samples/sample_space.h"
+
+namespace noiseloom {
+
+// Of the last sweep.
+struct SweepFigures {
+  double temperature = 0;  // or gamma
+  double acceptance = 0;   // swaps per candidate
+};
+
+class SwapOptimizer {
+ public:
+  // All arguments must outlive the optimiser. Decides nothing yet. *Collective*
+  SwapOptimizer(const ProblemSpec& problem, const OptimizerSpec& optimizer, const SampleSource& source,
+                const Communicator& communicator, ThreadPool& pool);
+  ~SwapOptimizer();
+
+  // Places the stratified samples at random and scores them. Where no swap can change R, the run is over (unless it
+  // stops by iterations). *Collective*
+  void start();
+  // Goes on from a saved state. `permutation` gives any slice that this rank owns or is coupled with. *Collective*
+  void restore(const SwapState& state, const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation);
+  // Slices whose permutation restore() will ask for: own, then needed.
+  std::vector<SliceIndex> slices_held() const;
+
+  bool finished() const;
+  const std::string& finished_by() const;  // why it is over (schedule.h, `ended`); empty while it is not
+  // Moves one colour class; at the end of a sweep scores and decides whether to go on. `seconds`: since the run began;
+  // only rank 0's value counts, and only for stop.time and for how often R is evaluated to be shown. *Collective*
+  void step(double seconds);
+  // Completes outstanding messages; before saving or stopping. *Collective*
+  void settle();
+  // Evaluates R unless that was done since the last step. Leaves the history alone. *Collective*
+  void score_now();
+  // Whether score_now() takes less than that, as far as is known. The same on every rank. *Collective*
+  bool scores_within(double seconds) const;
+
+  // The state to save; counts summed over ranks. *Collective*
+  SwapState state();
+  const std::vector<HistoryRow>& history() const;
+  const SweepFigures& last_sweep() const;
+  double last_score() const;                     // R when it was last evaluated,
+  std::int64_t last_score_at_iteration() const;  // after how many iterations that was,
+  bool last_score_is_current() const;            // and whether nothing has moved since
+  double temperature() const;
+  std::int64_t sweep() const;
+  std::int64_t iterations() const;  // done so far
+  std::int64_t iterations_per_sweep() const;
+  Moment moment() const;
+  double relative_error();  // score_now(), then last_score(). *Collective*
+
+  const Partition& partition() const;
+  const HaloPlan& halo() const;
+  std::int64_t num_classes() const;
+  bool couples_slices() const;
+  std::int64_t bytes_sent() const;       // by this rank
+  std::int64_t messages_sent() const;    // by this rank
+  std::int64_t candidates_done() const;  // by this rank since it was made
+
+  // Of an own slice: ids by cell, and samples interleaved [y][x][channel].
+  const std::vector<std::uint32_t>& permutation(SliceIndex slice) const;
+  std::vector<float> samples(SliceIndex slice) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace noiseloom

@@ -1,0 +1,45 @@
+// What a run of the swap optimiser is, beside the permutations of its slices: all that a run file has to hold for the
+// run to go on, and its history.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace noiseloom {
+
+// One evaluation of R.
+struct HistoryRow {
+  double sweep = 0;           // sweeps done
+  double iterations = 0;      // iterations done; a sweep makes several of them
+  double temperature = 0;     // of the last sweep (anneal), or gamma (fast)
+  double acceptance = 0;      // swaps per candidate in it
+  double relative_error = 0;  // R now
+  double seconds = 0;         // since the run began, over all its parts
+};
+
+struct SwapState {
+  std::int64_t sweep = 0;     // sweeps done
+  std::int64_t step = 0;      // steps done in the present sweep
+  std::int64_t accepted = 0;  // in the present sweep, over all ranks
+  std::int64_t candidates = 0;
+  double temperature = 0;     // of the present sweep
+  double elapsed_s = 0;       // at its begin (stop.time)
+  double fraction = 0;        // fast: gamma
+  double mean_magnitude = 0;  // anneal: mean |dE| at the start, the unit of temperature
+  double mean_distance = 0;   // m of the score
+  double round_score = 0;     // R at the end of the round before
+  // R when it was last evaluated, and where the run was then. The history holds what the schedule asks for, and is the
+  // same for a run that was stopped; this is also R at a stop.
+  double relative_error = 0;
+  std::int64_t iterations = 0;  // done, up to the last whole sweep
+  std::int64_t scored_iterations = 0;
+  std::int64_t scored_step = 0;
+  std::string finished;  // why the run is over (schedule.h, `ended`); empty while it is not
+  std::vector<HistoryRow> history;
+
+  // Whether `relative_error` is R of the texture as it is now.
+  bool score_is_current() const { return scored_iterations == iterations && scored_step == step; }
+};
+
+}  // namespace noiseloom

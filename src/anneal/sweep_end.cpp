@@ -1,0 +1,95 @@
+// The end of a sweep: R is evaluated where it is due, a row is added to the history, and the run goes on or not.
+//
+// What the history holds and when the run ends follow from the problem alone (with stop.time: from rank 0's clock). R
+// is also evaluated for people to see; that follows the clock, and decides nothing.
+#include <algorithm>
+#include <chrono>
+
+#include "anneal/swap_optimizer_impl.h"
+#include "anneal/texture_score.h"
+#include "noiseloom/anneal/swap_choices.h"
+
+namespace noiseloom {
+namespace {
+
+// fast: how often gamma is looked at, at most.
+constexpr std::int64_t least_sweeps_per_fraction = 100;
+// R is evaluated for show after so many seconds, or as seldom as costs a fortieth of the run.
+constexpr double score_shown_every_s = 1;
+constexpr double score_share = 40;
+
+}  // namespace
+
+void SwapOptimizer::Impl::score(Exactness wanted, double seconds) {
+  const auto begun = std::chrono::steady_clock::now();
+  score_is_exact = wanted == Exactness::exact || !float_score;
+  slices.hear();
+  state.relative_error = texture_error(score_footprint, source, state.mean_distance, slices,
+                                       score_is_exact ? nullptr : &*float_score, communicator, pool);
+  state.scored_iterations = state.iterations;
+  state.scored_step = state.step;
+  last_score_s = seconds;
+  (score_is_exact ? exact_score_took_s : quick_score_took_s) =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+}
+
+bool SwapOptimizer::Impl::score_is_wanted(double seconds) const {
+  return seconds - last_score_s >= std::max(score_shown_every_s, score_share * quick_score_s());
+}
+
+void SwapOptimizer::Impl::end_sweep(double seconds) {
+  const Moment moment = this->moment();
+  const bool wanted = communicator.is_root() && score_is_wanted(seconds);
+  std::int64_t sums[] = {own_accepted + state.accepted, own_candidates + state.candidates, wanted ? 1 : 0};
+  communicator.sum(sums);
+  candidates_done += own_candidates;
+  own_accepted = own_candidates = state.accepted = state.candidates = 0;
+  ++state.sweep;
+  state.step = 0;
+  state.iterations = schedule.iterations_before(state.sweep);
+  figures.temperature = optimizer.method == Method::fast ? state.fraction : state.temperature;
+  figures.acceptance = sums[1] > 0 ? static_cast<double>(sums[0]) / static_cast<double>(sums[1]) : 0;
+  adapt_fraction(sums[0], moment);
+
+  const double limit_s = optimizer.stop.time_s;
+  double now = seconds;
+  bool out_of_time = false;
+  bool row_is_due = false;
+  if (limit_s > 0) {
+    now = communicator.broadcast(seconds);
+    out_of_time = now + communicator.broadcast(exact_score_took_s) >= limit_s;
+    const double score_s = communicator.broadcast(quick_score_s());
+    row_is_due = out_of_time || now - state.history.back().seconds >= std::max(limit_s / 50, score_share * score_s);
+  } else {
+    const std::int64_t rows =
+        scores_per_round(source.distance(), score_footprint, float_score.has_value(), energy_footprint,
+                         movers.use_features(), schedule.iterations_of_round(moment));
+    row_is_due = score_due(moment, rows);
+  }
+  if (row_is_due || sums[2] > 0) score(Exactness::quick, now);
+  if (!row_is_due) return;
+  // What the run ends with, and what a round is judged by.
+  const bool may_end = out_of_time || moment.ends_round() || state.relative_error <= optimizer.stop.score;
+  if (may_end && !score_is_exact) score(Exactness::exact, now);
+  add_row(now);
+  state.finished = out_of_time ? ended::by_time : schedule.ended_by(moment, state.relative_error, state.round_score);
+  if (moment.ends_round()) state.round_score = state.relative_error;
+}
+
+void SwapOptimizer::Impl::add_row(double seconds) {
+  state.history.push_back({static_cast<double>(state.sweep), static_cast<double>(state.iterations), figures.temperature,
+                           figures.acceptance, state.relative_error, seconds});
+}
+
+// The paper's rule: gamma doubles when fewer than gamma / 4 of all pairs were swapped. Looked at once in a hundredth
+// of the run, as its authors' program does, and never sooner than those hundred sweeps of its ten thousand: swaps
+// double with gamma, so a rule that is looked at every sweep takes gamma to 1 in three, and the pairs that then swap
+// together drive R up without end.
+void SwapOptimizer::Impl::adapt_fraction(std::int64_t accepted, const Moment& moment) {
+  if (optimizer.method != Method::fast || !optimizer.grow_fraction) return;
+  if (state.sweep % std::max(least_sweeps_per_fraction, moment.round_length / 100) != 0) return;
+  const double pairs = static_cast<double>(problem.extents.num_cells()) / 2;
+  if (static_cast<double>(accepted) < state.fraction / 4 * pairs) state.fraction = std::min(1.0, 2 * state.fraction);
+}
+
+}  // namespace noiseloom

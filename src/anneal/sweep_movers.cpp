@@ -1,0 +1,60 @@
+#include "anneal/sweep_movers.h"
+
+#include <utility>
+
+#include "noiseloom/anneal/swap_choices.h"
+
+namespace noiseloom {
+
+SweepMovers::SweepMovers(const OptimizerSpec& optimizer, const Footprint& energy, const ValueKernel& kernel,
+                         const SampleSource& source, WindowSize tile, int num_threads)
+    : optimizer_(optimizer),
+      energy_(energy),
+      kernel_(kernel),
+      source_(source),
+      tile_(tile),
+      num_threads_(num_threads),
+      features_(features_between_slices(optimizer, energy, kernel, source, optimizer.background_features)),
+      features_wanted_(optimizer.background_features),
+      partners_(partners_for(source.distance(), source.channels(), tile, 0)) {
+  make_movers();
+}
+
+void SweepMovers::make_movers() {
+  for (int worker = 0; worker < num_threads_; ++worker) {
+    auto delta = make_swap_delta(energy_, kernel_, optimizer_.precision, features_ ? &*features_ : nullptr, tile_);
+    if (optimizer_.method == Method::anneal) {
+      anneal_movers_.emplace_back(std::move(delta));
+    } else {
+      pairing_movers_.emplace_back(std::move(delta));
+    }
+  }
+}
+
+void SweepMovers::prepare(double fraction) {
+  partners_ = partners_for(source_.distance(), source_.channels(), tile_, fraction);
+  const int wanted = num_features(optimizer_, fraction);
+  if (!features_ || wanted == features_wanted_) return;
+  features_wanted_ = wanted;
+  anneal_movers_.clear();  // before the features that they look at
+  features_ = features_between_slices(optimizer_, energy_, kernel_, source_, wanted);
+  make_movers();
+}
+
+VisitResult SweepMovers::visit(const Visit& visit, double heat, const SliceField& field,
+                               std::span<const std::uint32_t> permutation, const FieldOf& others, int worker) {
+  const auto thread = static_cast<std::size_t>(worker);
+  if (optimizer_.method == Method::fast) return pairing_movers_[thread].visit(visit, heat, field, others);
+  return anneal_movers_[thread].visit(visit, heat, partners_, field, permutation, others);
+}
+
+void SweepMovers::recycle(std::vector<Swap> swaps, int worker) {
+  if (!anneal_movers_.empty()) anneal_movers_[static_cast<std::size_t>(worker)].recycle(std::move(swaps));
+}
+
+double SweepMovers::mean_magnitude(const Visit& visit, std::int64_t count, const SliceField& field,
+                                   std::span<const std::uint32_t> permutation, const FieldOf& others) {
+  return anneal_movers_.front().mean_magnitude(visit, count, partners_, field, permutation, others);
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,63 @@
+#include "anneal/texture_score.h"
+
+#include <map>
+#include <vector>
+
+#include "noiseloom/problem/score.h"
+
+namespace noiseloom {
+
+double mean_distance(const SampleSource& source, const Communicator& communicator, ThreadPool& pool) {
+  const MeanDistance mean(source.distance(), source.channels(), source.cells_per_slice(), source.num_slices());
+  const Partition tasks(narrow<SliceIndex>(mean.num_tasks()), communicator.size());
+  const SliceIndex begin = tasks.begin(communicator.rank());
+  std::vector<double> own(static_cast<std::size_t>(tasks.count(communicator.rank())));
+  pool.for_each(std::ssize(own), [&](std::int64_t index, int) {
+    own[static_cast<std::size_t>(index)] =
+        mean.run_task(begin + index, [&source](SliceIndex slice) { return source.list(slice); });
+  });
+  return mean.combine(communicator.gather_all(tasks, own));
+}
+
+namespace {
+
+// What the terms of every own slice add up to, in double.
+std::vector<double> own_sums(const Footprint& footprint, const SampleSource& source, const HeldSlices& slices,
+                             ThreadPool& pool) {
+  const std::vector<SliceIndex> held = slices.indices();  // own slices come first
+  std::map<SliceIndex, std::vector<float>> planar;
+  for (const SliceIndex slice : held) planar[slice];
+  pool.for_each(std::ssize(held), [&](std::int64_t index, int) {
+    const SliceIndex slice = held[static_cast<std::size_t>(index)];
+    planar.at(slice) = slices.field(slice).planar();
+  });
+  const auto values = [&planar](SliceIndex slice) { return planar.at(slice).data(); };
+  std::vector<double> sums(static_cast<std::size_t>(slices.num_own()));
+  pool.for_each(std::ssize(sums), [&](std::int64_t index, int) {
+    const auto k = static_cast<std::size_t>(index);
+    sums[k] = weighted_distance_sum(footprint, source.distance(), source.channels(), held[k], values, PairEnds::one);
+  });
+  return sums;
+}
+
+std::vector<double> own_sums(const FloatScore& in_float, const HeldSlices& slices, ThreadPool& pool) {
+  const std::vector<SliceIndex> held = slices.indices();
+  std::vector<double> sums(static_cast<std::size_t>(slices.num_own()));
+  pool.for_each(std::ssize(sums), [&](std::int64_t index, int) {
+    const auto k = static_cast<std::size_t>(index);
+    sums[k] = in_float.slice_sum(held[k], slices.fields());
+  });
+  return sums;
+}
+
+}  // namespace
+
+double texture_error(const Footprint& footprint, const SampleSource& source, double mean_distance,
+                     const HeldSlices& slices, const FloatScore* in_float, const Communicator& communicator,
+                     ThreadPool& pool) {
+  const std::vector<double> own =
+      in_float != nullptr ? own_sums(*in_float, slices, pool) : own_sums(footprint, source, slices, pool);
+  return relative_error(footprint, mean_distance, communicator.gather_all(slices.partition(), own));
+}
+
+}  // namespace noiseloom

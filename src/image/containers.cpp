@@ -1,0 +1,144 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+#include "image/container_writers.h"
+#include "noiseloom/core/error.h"
+#include "noiseloom/image/container.h"
+
+namespace noiseloom {
+namespace {
+
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+// "png: 8, 16; exr: 32f": what `list` finds in every row, rows with nothing to choose left out.
+template <class List>
+std::string by_container(List list) {
+  std::string text;
+  for (const Container& container : containers()) {
+    const std::vector<std::string> words = list(container);
+    if (!words.empty())
+      text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", container.name, fmt::join(words, ", "));
+  }
+  return text;
+}
+
+}  // namespace
+
+const std::vector<Container>& containers() {
+  using enum PixelType;
+  using enum ExportLayout;
+  constexpr auto pixels = ContainerContent::pixels;
+  constexpr auto ranks = ContainerContent::ranks;
+  constexpr auto by_type = StoredNumbers::by_type;
+  static const std::vector<Container> rows = {
+      {"png", pixels, {".png"}, {uint8, uint16}, {slices, strip}, by_type, 4, true, png_pixel, make_png_writer},
+      {"exr", pixels, {".exr"}, {float32}, {slices, strip, parts}, by_type, 0, true, exr_pixel, make_exr_writer},
+      {"tiff",
+       pixels,
+       {".tif", ".tiff"},
+       {uint8, uint16, float32},
+       {slices, strip},
+       by_type,
+       0,
+       true,
+       tiff_pixel,
+       make_tiff_writer},
+      {"hdr", pixels, {".hdr"}, {float32}, {slices, strip}, StoredNumbers::unit, 3, false, rgb_pixel, make_hdr_writer},
+      {"npy", pixels, {".npy"}, {float32}, {array}, StoredNumbers::the_values, 0, false, plain_pixel, make_npy_writer},
+      {"raw", pixels, {".raw"}, {float32, uint8, uint16}, {array}, by_type, 0, false, plain_pixel, make_raw_writer},
+      {"csv", ranks, {".csv"}, {}, {table}, by_type, 0, false, nullptr, make_csv_points_writer},
+      {"npy", ranks, {".npy"}, {}, {table}, by_type, 0, false, nullptr, make_npy_points_writer},
+  };
+  return rows;
+}
+
+const Container* find_container(const std::string& name, ContainerContent content) {
+  for (const Container& container : containers())
+    if (container.name == name && container.content == content) return &container;
+  return nullptr;
+}
+
+const Container* container_of_file(const std::string& path) {
+  const std::string ending = lower_case(std::filesystem::path(path).extension().string());
+  for (const Container& container : containers())
+    if (std::find(container.endings.begin(), container.endings.end(), ending) != container.endings.end())
+      return &container;
+  return nullptr;
+}
+
+bool holds_channels(const Container& container, int channels, bool with_density, std::string& why) {
+  if (container.most_channels > 0 && channels > container.most_channels) {
+    why = fmt::format("{} holds {} channels, the samples have {}", container.name, container.most_channels, channels);
+    return false;
+  }
+  if (with_density && !container.has_alpha) {
+    why = fmt::format("--pdf: {} has no alpha channel", container.name);
+    return false;
+  }
+  if (with_density && channels > 3) {
+    why = fmt::format("--pdf needs the fourth channel, but the samples have {} of their own", channels);
+    return false;
+  }
+  return true;
+}
+
+std::string to_string(ExportLayout layout) {
+  switch (layout) {
+    case ExportLayout::slices:
+      return "slices";
+    case ExportLayout::strip:
+      return "strip";
+    case ExportLayout::parts:
+      return "exr-multipart";
+    case ExportLayout::array:
+      return "array";
+    case ExportLayout::table:
+      return "table";
+  }
+  return "";
+}
+
+std::string depth_name(PixelType type) {
+  switch (type) {
+    case PixelType::uint8:
+      return "8";
+    case PixelType::uint16:
+      return "16";
+    case PixelType::float32:
+      return "32f";
+  }
+  return "";
+}
+
+std::string container_names() {
+  std::vector<std::string> names;
+  for (const Container& container : containers())
+    if (std::find(names.begin(), names.end(), container.name) == names.end()) names.push_back(container.name);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+std::string container_depths() {
+  return by_container([](const Container& container) {
+    std::vector<std::string> words;
+    for (const PixelType type : container.types) words.push_back(depth_name(type));
+    return words;
+  });
+}
+
+std::string container_layouts() {
+  return by_container([](const Container& container) {
+    std::vector<std::string> words;
+    if (container.layouts.size() > 1)
+      for (const ExportLayout layout : container.layouts) words.push_back(to_string(layout));
+    return words;
+  });
+}
+
+}  // namespace noiseloom

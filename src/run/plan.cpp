@@ -1,0 +1,65 @@
+#include "noiseloom/run/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "noiseloom/files/output_probe.h"
+#include "run/plan_swap.h"
+
+namespace noiseloom {
+
+double PlanMemory::peak() const { return held() + threads + std::max({at_move, at_start, at_score, at_save}); }
+
+RunPlan plan_run(const RunConfig& config, const PlanRequest& request) {
+  std::vector<Fault> faults;
+  const auto at_least_one = [&](const char* option, int value, int least) {
+    if (value < least)
+      faults.push_back({"command line", fmt::format("{} {}: must be at least {}", option, value, least)});
+  };
+  at_least_one("--ranks", request.ranks, 1);
+  at_least_one("--threads", request.threads, 1);
+  at_least_one("--ranks-per-node", request.ranks_per_node, 0);
+  throw_if_any(std::move(faults));
+  return config.optimizer.method == Method::void_and_cluster ? plan_order(config, request)
+                                                             : plan_swaps(config, request);
+}
+
+RunPlan plan_basis(const RunConfig& config, const PlanRequest& request) {
+  const Extents& extents = config.problem.extents;
+  RunPlan plan;
+  plan.texture = extents.to_string();
+  plan.samples = sample_space_name(config.problem.samples);
+  plan.pixels = extents.num_cells();
+  plan.num_slices = extents.num_slices();
+  plan.request = request;
+  plan.idle_ranks = std::max(0, request.ranks - extents.num_slices());
+  for (int axis = 0; axis < extents.num_axes(); ++axis) plan.axis_names.push_back(extents.name(axis));
+  return plan;
+}
+
+std::vector<int> ranks_to_look_at(int ranks) {
+  constexpr int most_looked_at = 32;
+  std::vector<int> some;
+  for (int k = 0; k < std::min(ranks, most_looked_at); ++k) {
+    const double place = ranks <= most_looked_at ? k : std::round(double(k) * (ranks - 1) / (most_looked_at - 1));
+    some.push_back(static_cast<int>(place));
+  }
+  return some;
+}
+
+void add_file_sizes(const RunConfig& config, const std::vector<SliceDataset>& datasets, RunPlan& plan) {
+  const std::uint64_t file = run_file_bytes(config.problem.extents, datasets, to_toml(config).size());
+  plan.run_file_bytes = static_cast<double>(file);
+  plan.disk_bytes = static_cast<double>(bytes_needed(file));
+}
+
+double save_seconds(double run_file_bytes) {
+  // A digest of everything, written and synced; measured on this kind of machine's disk.
+  constexpr double bytes_per_second = 300e6;
+  constexpr double each_s = 0.02;
+  return each_s + run_file_bytes / bytes_per_second;
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,41 @@
+// What a rank of a run holds, in bytes. Every figure follows an allocation of the program that grows with the texture,
+// the filter or the threads; tests/bench/plan_memory.py holds the sums against the peaks of real runs.
+#pragma once
+
+#include "noiseloom/anneal/slice_field.h"
+#include "noiseloom/config/config.h"
+#include "noiseloom/run/plan.h"
+#include "run/plan_filter.h"
+
+namespace noiseloom {
+
+// What the memory of a run of swaps depends on.
+struct SwapSizes {
+  FieldLayout slice;       // as the engine keeps slices
+  FieldLayout tile;        // as a thread copies what it moves
+  std::int64_t num_tiles;  // of a slice
+  std::int64_t num_classes;
+  bool members_meet;  // slices that move together see one another
+  int features = 0;   // the most that the run comes to; 0: slices act through their taps
+  int channels = 1;
+  bool scalar = true;  // the mean distance is found by sorting
+  bool has_pdf = false;
+  std::int64_t visit = 1;   // iterations of a visit
+  double file_samples = 0;  // values that a user's file brings
+};
+
+// Of one rank; its slices and halo slices are known.
+PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, const FilterOutline& judged,
+                       std::int64_t num_slices, const PlanRequest& request, const PlanRank& rank);
+
+// Void and cluster. `wide`: ranks take eight bytes.
+PlanMemory order_memory(const VacSpec& spec, double kernel_taps, bool wide, const PlanRequest& request,
+                        const PlanRank& rank);
+
+// The program with MPI and HDF5 before any texture.
+double program_bytes(const PlanRequest& request);
+
+// The rank that writes and all others of its node.
+double bytes_of_node(double writer, double other, const PlanRequest& request);
+
+}  // namespace noiseloom

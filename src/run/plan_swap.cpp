@@ -1,0 +1,317 @@
+// The plan of a run that swaps samples: anneal and fast.
+#include "run/plan_swap.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "noiseloom/anneal/swap_choices.h"
+#include "noiseloom/dist/halo_plan.h"
+#include "noiseloom/files/npy.h"
+#include "noiseloom/problem/score.h"
+#include "run/plan_filter.h"
+#include "run/plan_memory.h"
+#include "run/plan_speed.h"
+
+namespace noiseloom {
+namespace {
+
+// Swaps per candidate, averaged over a run that cools down.
+constexpr double typical_acceptance = 0.15;
+// Between ranks of one machine or a fast network, measured on this kind of machine.
+constexpr double exchanged_bytes_per_second = 1e9;
+constexpr double message_s = 5e-6;
+// Two threads of a core, or cores that share the memory's bandwidth, do less than twice the work of one.
+constexpr double share_of_further_threads = 0.9;
+constexpr double permuted_sample_s = 15e-9;
+constexpr double program_start_s = 0.1;
+constexpr double checkpoint_every_s = 600;
+constexpr int most_features = 64;
+
+constexpr double score_shown_share = 0.02;
+
+// What R in float takes of what it takes in double.
+double quick_score(DistanceKind kind) {
+  return kind == DistanceKind::angle ? 0.09 : kind == DistanceKind::euclidean ? 0.24 : 0.33;
+}
+
+double as_double(std::int64_t count) { return static_cast<double>(count); }
+
+// What is known of the samples without making them.
+struct Samples {
+  int channels;
+  DistanceKind distance;
+  bool has_pdf;
+  double file_values = 0;
+  bool shared = true;
+};
+
+Samples samples_of(const ProblemSpec& problem) {
+  SampleSpec spec = problem.samples;
+  double file_values = 0;
+  bool shared = true;
+  if (spec.kind == SampleKind::file) {
+    const std::int64_t n = problem.extents.cells_per_slice();
+    const std::vector<std::int64_t> shape = read_npy(spec.file).shape;
+    shared = !shape.empty() && shape[0] == n && shape.size() < 3;
+    const std::int64_t channels = shape.size() == 3 ? shape[2] : shared && shape.size() == 2 ? shape[1] : 1;
+    file_values = 1;
+    for (const std::int64_t size : shape) file_values *= as_double(size);
+    // Small enough to be read whole, it is checked as generate does.
+    constexpr double read_whole = 1 << 22;
+    if (file_values <= read_whole) SampleSource(spec, n, problem.extents.num_slices(), problem.seed);
+    if (file_values != as_double(n * channels) * (shared ? 1 : problem.extents.num_slices())) {
+      throw UserError(spec.file, fmt::format("shape {}: the texture has {} slices of {} cells", npy_shape_text(shape),
+                                             problem.extents.num_slices(), n));
+    }
+    spec.channels = static_cast<int>(std::clamp<std::int64_t>(channels, 1, 8));
+  }
+  const bool has_pdf =
+      spec.kind == SampleKind::tent || spec.kind == SampleKind::gauss || spec.kind == SampleKind::hemisphere_cosine;
+  return {num_channels(spec), distance_kind(spec, num_channels(spec)), has_pdf, file_values, shared};
+}
+
+class SwapPlan {
+ public:
+  SwapPlan(const RunConfig& config, const PlanRequest& request);
+  RunPlan make();
+
+ private:
+  bool with_features() const {
+    return optimizer_.background_features > 0 &&
+           wants_features(optimizer_, judged_.is_product, judged_.num_taps, judged_.own_taps);
+  }
+  void describe();
+  void add_ranks();
+  void add_exchange();
+  void add_files();
+  void add_time();
+  SwapSizes sizes() const;
+  double steps_of_units(double units) const;
+  double score_seconds() const;
+  double start_seconds() const;
+  double sweep_seconds() const;
+
+  const RunConfig& config_;
+  const OptimizerSpec& optimizer_;
+  const Extents& extents_;
+  Samples samples_;
+  FilterOutline scored_;  // of R and of what ranks tell each other
+  FilterOutline judged_;  // of the energy, cut off
+  std::vector<std::vector<SliceIndex>> classes_;
+  TileGrid tiles_;
+  Partition partition_;
+  PlanSpeed speed_;
+  RunPlan plan_;
+  double most_slices_;  // of a rank
+};
+
+SwapPlan::SwapPlan(const RunConfig& config, const PlanRequest& request)
+    : config_(config),
+      optimizer_(config.optimizer),
+      extents_(config.problem.extents),
+      samples_(samples_of(config.problem)),
+      scored_(outline_of(extents_, config.problem.filter, 0)),
+      judged_(optimizer_.cutoff > 0 ? outline_of(extents_, config.problem.filter, optimizer_.cutoff) : scored_),
+      classes_(classes_for(optimizer_.method, judged_.slices)),
+      tiles_(tiles_for(optimizer_.method, judged_.plane, classes_)),
+      partition_(extents_.num_slices(), request.ranks),
+      speed_(measure_speed(config, judged_, tiles_.window(), samples_.channels, samples_.distance)),
+      plan_(plan_basis(config, request)),
+      most_slices_(partition_.count(0)) {}
+
+RunPlan SwapPlan::make() {
+  describe();
+  add_ranks();
+  add_exchange();
+  add_files();
+  add_time();
+  return std::move(plan_);
+}
+
+void SwapPlan::describe() {
+  plan_.method = optimizer_.method == Method::fast ? "fast" : "anneal";
+  plan_.channels = samples_.channels;
+  plan_.filter.taps = scored_.num_taps;
+  plan_.filter.judged_taps = with_features() ? judged_.own_taps : judged_.num_taps;
+  plan_.filter.coupled_slices = scored_.num_coupled_slices();
+  plan_.filter.exact = scored_.is_counted && judged_.is_counted;
+  for (int axis = 0; axis < extents_.num_axes(); ++axis) {
+    const std::int64_t reach = axis < 2 ? scored_.plane.reach(axis) : scored_.slices.reach(axis);
+    plan_.filter.reach.push_back(reach);
+    plan_.axes.push_back(
+        {extents_.name(axis), reach > 0, reach > 0 ? "" : "no group couples this axis; it costs nothing"});
+  }
+  plan_.features = speed_.features;
+  plan_.tile_width = tiles_.window().width;
+  plan_.tile_height = tiles_.window().height;
+  plan_.num_tiles = tiles_.num_tiles();
+  plan_.num_classes = std::ssize(classes_);
+  plan_.iterations_per_sweep = visit_length(optimizer_, with_features());
+
+  const auto effect = [&](const char* name, bool on, std::string why) {
+    plan_.effects.push_back({name, on, std::move(why)});
+  };
+  const bool coupled = scored_.num_coupled_slices() > 0;
+  effect("coupled slices", coupled,
+         coupled ? fmt::format("each with {} others", scored_.num_coupled_slices()) : "every slice is on its own");
+  effect("features", with_features(),
+         with_features() ? "stand for the other slices; the slice itself goes by its exact taps"
+         : coupled       ? "all taps are exact"
+                         : "no other slices to stand for");
+  effect("tiles", plan_.num_tiles > 1,
+         plan_.num_tiles > 1 ? fmt::format("{} of a slice, {} x {} pixels each, move at a time", plan_.num_tiles,
+                                           plan_.tile_width, plan_.tile_height)
+                             : "a slice moves as a whole");
+  effect("colour classes", plan_.num_classes > 1,
+         plan_.num_classes > 1 ? fmt::format("{}, one after another", plan_.num_classes) : "all slices move at once");
+  effect("cut-off", optimizer_.cutoff > 0,
+         optimizer_.cutoff > 0 ? fmt::format("taps below {} of the largest judge no candidate", optimizer_.cutoff)
+                               : "every tap judges");
+  effect("double precision", optimizer_.precision == Precision::float64,
+         optimizer_.precision == Precision::float64 ? "candidates are judged in double"
+                                                    : "candidates are judged in float");
+  effect("density", samples_.has_pdf, samples_.has_pdf ? "stored with the samples, as /pdf" : "constant, not stored");
+  effect("list of samples", samples_.file_values > 0,
+         samples_.file_values == 0 ? "samples are drawn, one from each stratum"
+         : samples_.shared         ? "one file's samples in every slice"
+                                   : "one list of a file for each slice");
+}
+
+SwapSizes SwapPlan::sizes() const {
+  int features = 0;
+  for (const PlanFeatures& moment : speed_.features) features = std::max(features, moment.count);
+  if (with_features() && features == 0) features = most_features;
+  return {.slice = FieldLayout(judged_.plane, samples_.channels),
+          .tile = FieldLayout(judged_.plane, samples_.channels, tiles_.window()),
+          .num_tiles = tiles_.num_tiles(),
+          .num_classes = std::ssize(classes_),
+          .members_meet =
+              optimizer_.method == Method::fast || (judged_.num_coupled_slices() > 0 && classes_.front().size() > 1),
+          .features = features,
+          .channels = samples_.channels,
+          .scalar = samples_.distance == DistanceKind::absolute || samples_.distance == DistanceKind::circle,
+          .has_pdf = samples_.has_pdf,
+          .visit = plan_.iterations_per_sweep,
+          .file_samples = samples_.file_values};
+}
+
+void SwapPlan::add_ranks() {
+  std::vector<Extents::SliceCoord> offsets;
+  for (const SliceTaps& slice : scored_.slices.slices()) offsets.push_back(slice.offset);
+  const SwapSizes sizes = this->sizes();
+  const std::vector<int> looked_at = ranks_to_look_at(plan_.request.ranks);
+  double writer = 0;
+  double other = 0;
+  for (const int rank : looked_at) {
+    const HaloPlan halo(extents_, offsets, partition_, rank);
+    plan_.exchange.slice_updates += as_double(halo.messages_per_sweep());
+    std::set<int> peers;
+    for (SliceIndex slice = partition_.begin(rank); slice < partition_.end(rank); ++slice) {
+      peers.insert(halo.listeners(slice).begin(), halo.listeners(slice).end());
+    }
+    // One message for each peer and class, where as many slices are told.
+    plan_.exchange.messages +=
+        std::min(as_double(halo.messages_per_sweep()), as_double(std::ssize(peers)) * as_double(plan_.num_classes));
+    PlanRank entry{rank, partition_.count(rank), std::ssize(halo.needed()), 0};
+    const PlanMemory memory = swap_memory(sizes, scored_, judged_, extents_.num_slices(), plan_.request, entry);
+    entry.bytes = memory.peak();
+    if (entry.bytes > plan_.most.peak()) plan_.most = memory;
+    (rank == 0 ? writer : other) = std::max(rank == 0 ? writer : other, entry.bytes);
+    plan_.ranks.push_back(entry);
+  }
+  plan_.node_bytes = bytes_of_node(writer, other, plan_.request);
+  const double share = as_double(plan_.request.ranks) / as_double(std::ssize(looked_at));
+  plan_.exchange.slice_updates = std::round(plan_.exchange.slice_updates * share);
+  plan_.exchange.messages = std::round(plan_.exchange.messages * share);
+}
+
+// A hot visit's swaps are told as what they come to: fewer than cells.
+void SwapPlan::add_exchange() {
+  const auto cells = as_double(extents_.cells_per_slice());
+  const double swaps = std::min(cells, as_double(plan_.iterations_per_sweep) * typical_acceptance * cells / 2);
+  plan_.exchange.bytes = plan_.exchange.slice_updates * swaps * 8;
+}
+
+void SwapPlan::add_files() {
+  std::vector<SliceDataset> datasets = {{"/samples", ElementType::float32, samples_.channels, true},
+                                        {"/state/permutation", ElementType::uint32, 1, false}};
+  if (samples_.has_pdf) datasets.push_back({"/pdf", ElementType::float32, 1, false});
+  add_file_sizes(config_, datasets, plan_);
+}
+
+// How many times one after another, where a rank has so many pieces of work at a time.
+double SwapPlan::steps_of_units(double units) const {
+  const double threads = std::min<double>(plan_.request.threads, std::max(1.0, units));
+  return std::max(std::ceil(units / threads), units / (1 + (threads - 1) * share_of_further_threads));
+}
+
+// Slices are shared out among threads whole.
+double SwapPlan::score_seconds() const {
+  const double slice = speed_.score_tap * as_double(scored_.num_taps) / 2 * as_double(extents_.cells_per_slice());
+  return slice * steps_of_units(most_slices_);
+}
+
+double SwapPlan::start_seconds() const {
+  const auto cells = as_double(extents_.cells_per_slice());
+  const MeanDistance mean(samples_.distance, samples_.channels, extents_.cells_per_slice(), extents_.num_slices());
+  const bool sorted = samples_.distance == DistanceKind::absolute || samples_.distance == DistanceKind::circle;
+  const double samples = cells * extents_.num_slices();
+  const double work =
+      speed_.pair * (sorted ? samples * std::max(1.0, std::log2(samples) / 14) : as_double(mean.num_pairs()));
+  const double workers =
+      std::min(as_double(mean.num_tasks()), std::min<double>(plan_.request.ranks, extents_.num_slices()) *
+                                                (1 + (plan_.request.threads - 1) * share_of_further_threads));
+  const double halo = plan_.ranks.empty() ? 0 : as_double(plan_.ranks.front().halo_slices);
+  const double lists = cells * steps_of_units(most_slices_ + halo) * (speed_.sample + permuted_sample_s);
+  return program_start_s + lists + (work + samples * speed_.sample) / std::max(1.0, workers);
+}
+
+double SwapPlan::sweep_seconds() const {
+  const auto cells = as_double(extents_.cells_per_slice());
+  const double tiles = as_double(plan_.num_tiles);
+  const double tile_cells = as_double(plan_.tile_width * plan_.tile_height);
+  const double unit =
+      cells / tiles * as_double(plan_.iterations_per_sweep) / 2 * speed_.candidate + tile_cells * speed_.bind;
+  // The slices of a class are spread over the ranks as they come.
+  double steps = 0;
+  const double ranks = std::min<double>(plan_.request.ranks, extents_.num_slices());
+  for (const auto& members : classes_)
+    steps += steps_of_units(std::ceil(as_double(std::ssize(members)) / ranks) * tiles);
+  return steps * unit;
+}
+
+void SwapPlan::add_time() {
+  const StopSpec& stop = optimizer_.stop;
+  PlanTime& time = plan_.time;
+  time.stop = stop.time_s > 0 ? "time" : stop.score > 0 ? "score" : stop.improvement > 0 ? "improvement" : "iterations";
+  // Without a count of its own, a thousand iterations stand for the run.
+  time.iterations = optimizer_.stop.iterations > 0 ? optimizer_.stop.iterations : 1000;
+  const double sweeps = std::ceil(as_double(time.iterations) / as_double(plan_.iterations_per_sweep));
+  time.candidate_us = speed_.candidate * 1e6;
+  time.score_s = score_seconds();
+  time.num_scores =
+      std::min<std::int64_t>(static_cast<std::int64_t>(sweeps),
+                             scores_per_round(samples_.distance, scored_.num_taps, true,
+                                              with_features() ? judged_.own_taps : judged_.num_taps, time.iterations));
+  time.start = start_seconds() + time.score_s;
+  time.moves = sweeps * sweep_seconds();
+  // In float for the history and for people to see; in double at the end.
+  const double quick = quick_score(samples_.distance) * time.score_s;
+  time.scores =
+      as_double(time.num_scores) * quick + std::min(time.moves, time.moves * score_shown_share + quick) + time.score_s;
+  const double ranks = std::max(1, plan_.request.ranks);
+  time.exchange = sweeps * (plan_.exchange.bytes / ranks / exchanged_bytes_per_second +
+                            plan_.exchange.messages / ranks * message_s);
+  const double busy_s = time.start + time.moves + time.scores + time.exchange;
+  time.saves = save_seconds(plan_.run_file_bytes) * (1 + std::floor(busy_s / checkpoint_every_s));
+  time.spread = plan_.request.ranks * plan_.request.threads > 1 ? 1.6 : 1.4;
+}
+
+}  // namespace
+
+RunPlan plan_swaps(const RunConfig& config, const PlanRequest& request) { return SwapPlan(config, request).make(); }
+
+}  // namespace noiseloom

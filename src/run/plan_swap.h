@@ -1,0 +1,23 @@
+// The plans of the methods, and what they share.
+#pragma once
+
+#include <vector>
+
+#include "noiseloom/files/run_file.h"
+#include "noiseloom/run/plan.h"
+#include "noiseloom/samples/sample_space.h"
+
+namespace noiseloom {
+
+RunPlan plan_swaps(const RunConfig& config, const PlanRequest& request);  // anneal and fast
+RunPlan plan_order(const RunConfig& config, const PlanRequest& request);  // void and cluster
+
+// What needs no more than the config.
+RunPlan plan_basis(const RunConfig& config, const PlanRequest& request);
+// All ranks, or some that stand for the rest, the first and the last among them: by symmetry all others are like them.
+std::vector<int> ranks_to_look_at(int ranks);
+// The run file, and what is on disk at a save.
+void add_file_sizes(const RunConfig& config, const std::vector<SliceDataset>& datasets, RunPlan& plan);
+double save_seconds(double run_file_bytes);
+
+}  // namespace noiseloom
