@@ -55,7 +55,9 @@ State state_of(const RunFileContent& content, const VisitState& visit_state, con
     }
     value = std::get<Value>(found->second);
   });
-  for (const auto& [column, values] : content.history) {
+  for (const auto& stored : content.history) {
+    const std::string& column = stored.first;  // no binding, which clang 14 cannot capture
+    const std::vector<double>& values = stored.second;
     state.history.resize(values.size());
     for (std::size_t row = 0; row < values.size(); ++row) {
       visit_row(state.history[row], [&](const char* name, double& value) {

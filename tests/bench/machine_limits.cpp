@@ -12,21 +12,21 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "anneal/judge-inl.h"
+#include "anneal/swap_term-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::HWY_NAMESPACE {
 
 template <DistanceKind kind, int C>
 double sum_blocks(const ValueKernel& kernel, const BlockWeights* samples, std::size_t rounds) {
-  const Unlikeness<kind, ValueKernelKind::distance, C> unlike(kernel);
+  const PairCost<kind, ValueKernelKind::distance, C> pair_cost(kernel);
   float a[C];
   float b[C];
   for (int c = 0; c < C; ++c) {
     a[c] = samples[0].lane[c];
     b[c] = samples[0].lane[c + C];
   }
-  const Judge<kind, ValueKernelKind::distance, C> judge(unlike, a, b);
+  const SwapTerm<kind, ValueKernelKind::distance, C> swap_term(pair_cost, a, b);
   // Two sums, so that none waits for itself.
   V sums[2] = {hn::Zero(Floats()), hn::Zero(Floats())};
   for (std::size_t round = 0; round < rounds; ++round) {
@@ -38,7 +38,7 @@ double sum_blocks(const ValueKernel& kernel, const BlockWeights* samples, std::s
           i[c] = load_full(samples[k + (2 * c + 1) * limit_blocks].lane, p);
           j[c] = load_full(samples[k + (2 * c + 2) * limit_blocks].lane, p);
         }
-        sums[k % 2] = hn::Add(sums[k % 2], hn::Mul(load_full(samples[k].lane, p), judge.term(i, j)));
+        sums[k % 2] = hn::Add(sums[k % 2], hn::Mul(load_full(samples[k].lane, p), swap_term.term(i, j)));
       }
     }
     // Not to be taken out of the loop.
