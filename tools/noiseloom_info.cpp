@@ -30,7 +30,15 @@ std::string text_of(const Attribute& value) {
 }
 
 std::string json_of(const Attribute& value) {
+  if (const auto* number = std::get_if<double>(&value)) return json_number(*number);
   return std::holds_alternative<std::string>(value) ? json_string(std::get<std::string>(value)) : text_of(value);
+}
+
+// null where there is no number: the first row of a run has no acceptance yet.
+std::string json_list(const std::vector<double>& values) {
+  std::string list;
+  for (const double value : values) list += (list.empty() ? "" : ", ") + json_number(value);
+  return "[" + list + "]";
 }
 
 std::string json_object(const std::map<std::string, Attribute>& attributes) {
@@ -49,7 +57,7 @@ void print_json(const RunFileContent& content) {
   }
   std::string history;
   for (const auto& [column, values] : content.history) {
-    history += fmt::format("{}{}: [{}]", history.empty() ? "" : ", ", json_string(column), fmt::join(values, ", "));
+    history += fmt::format("{}{}: {}", history.empty() ? "" : ", ", json_string(column), json_list(values));
   }
   std::string checksums;
   for (const auto& [dataset, digest] : content.checksums) {

@@ -188,6 +188,7 @@ SwapSizes SwapPlan::sizes() const {
           .tile = FieldLayout(judged_.plane, samples_.channels, tiles_.window()),
           .num_tiles = tiles_.num_tiles(),
           .num_classes = std::ssize(classes_),
+          .by_ids = optimizer_.method == Method::anneal,
           .members_meet =
               optimizer_.method == Method::fast || (judged_.num_coupled_slices() > 0 && classes_.front().size() > 1),
           .features = features,

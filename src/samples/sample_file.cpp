@@ -85,7 +85,7 @@ void check_distance(DistanceKind distance, std::int64_t channels, const std::str
   }
 }
 
-// Distances between points are squared in float32.
+// Distances between points are squared in float32, those between scalars added up.
 constexpr double largest_coordinate = 1e18;
 constexpr double smallest_extent = 1e-18;
 
@@ -106,9 +106,10 @@ void check_values(const std::vector<float>& values, const Layout& layout, Distan
       } else if (value != 0 && std::fabs(value) < std::numeric_limits<float>::min()) {
         faults.add(index, static_cast<std::int64_t>(c),
                    fmt::format("= {}: a denormal of float32; scale the samples, or make it 0", double{value}));
-      } else if (distance == DistanceKind::euclidean && channels > 1 && std::fabs(value) > largest_coordinate) {
-        faults.add(index, static_cast<std::int64_t>(c),
-                   fmt::format("= {}: must lie within 1e18, as distances are squared", double{value}));
+      } else if (std::fabs(value) > largest_coordinate) {
+        faults.add(
+            index, static_cast<std::int64_t>(c),
+            fmt::format("= {}: must lie within 1e18, as distances are squared or added up in float32", double{value}));
       } else if (distance == DistanceKind::circle && !(value >= 0 && value < 1)) {
         faults.add(index, static_cast<std::int64_t>(c), fmt::format("= {}: must lie in [0, 1) on the circle", value));
       }
