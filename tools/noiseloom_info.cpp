@@ -30,7 +30,15 @@ std::string text_of(const Attribute& value) {
 }
 
 std::string json_of(const Attribute& value) {
+  if (const auto* number = std::get_if<double>(&value)) return json_number(*number);
   return std::holds_alternative<std::string>(value) ? json_string(std::get<std::string>(value)) : text_of(value);
+}
+
+// null where there is no number: the first row of a run has no acceptance yet.
+std::string json_list(const std::vector<double>& values) {
+  std::string list;
+  for (const double value : values) list += (list.empty() ? "" : ", ") + json_number(value);
+  return "[" + list + "]";
 }
 
 std::string json_object(const std::map<std::string, Attribute>& attributes) {
@@ -49,7 +57,7 @@ void print_json(const RunFileContent& content) {
   }
   std::string history;
   for (const auto& [column, values] : content.history) {
-    history += fmt::format("{}{}: [{}]", history.empty() ? "" : ", ", json_string(column), fmt::join(values, ", "));
+    history += fmt::format("{}{}: {}", history.empty() ? "" : ", ", json_string(column), json_list(values));
   }
   std::string checksums;
   for (const auto& [dataset, digest] : content.checksums) {
@@ -111,14 +119,26 @@ void print_history(const OrderState& state) {
   }
 }
 
-void print_text(const std::string& path, const RunFileContent& content) {
+// What the file says of its run, all of it checked. One of the two.
+struct Checked {
   std::optional<OrderState> order;
   std::optional<SwapState> engine;
-  if (is_order_run(content)) {
-    order = order_state(content);
+};
+
+Checked check(const RunFileReader& reader) {
+  Checked checked;
+  if (is_order_run(reader.content())) {
+    checked.order = order_state(reader.content(), reader.path());
+    check_order(reader, *checked.order);
   } else {
-    engine = engine_state(content);
+    checked.engine = engine_state(reader.content(), reader.path());
+    check_permutations(reader);
   }
+  return checked;
+}
+
+void print_text(const std::string& path, const RunFileContent& content, const Checked& checked) {
+  const auto& [order, engine] = checked;
   fmt::print("{}: {}", path, content.extents.to_string());
   for (int axis = 0; axis < content.extents.num_axes(); ++axis)
     fmt::print("{}{}", axis == 0 ? " (" : ", ", content.extents.name(axis));
@@ -135,6 +155,8 @@ void print_text(const std::string& path, const RunFileContent& content) {
                                                      : "uint64",
                content.checksums.at(dataset.name));
   }
+  for (const RunFileInput& input : content.inputs) fmt::print("  /inputs/{}  of {}\n", input.key, input.file);
+  fmt::print("  algorithm {}\n", stored_algorithm(content, path));
   if (order) print_history(*order);
   if (engine) print_history(*engine);
   fmt::print("\nprovenance\n");
@@ -160,10 +182,11 @@ int run_info(int argc, char** argv) {
   }
   const RunFileReader reader(path, Changed::accepted);
   if (!reader.change().empty()) print_error(fmt::format("WARNING: {}: {}\n", path, reader.change()));
+  const Checked checked = check(reader);
   if (json) {
     print_json(reader.content());
   } else {
-    print_text(path, reader.content());
+    print_text(path, reader.content(), checked);
   }
   return exit_done;
 }

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <ctime>
 #include <exception>
+#include <new>
 
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/standard_streams.h"
@@ -51,6 +52,9 @@ int run(int argc, char** argv) {
     const std::size_t count = error.faults().size();
     fmt::print(stderr, "{}\n{} error{}; nothing was done\n", error.what(), count, count == 1 ? "" : "s");
     return exit_user;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "out of memory: the system gives this process no more (ulimit -v, a container's limit?)\n");
+    return exit_environment;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());
     return exit_environment;

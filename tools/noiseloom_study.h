@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "noiseloom/config/config.h"
+#include "noiseloom/image/texture_file.h"
 #include "noiseloom/report/report.h"
 
 namespace noiseloom {
@@ -17,17 +18,20 @@ void add_analyze(CLI::App& app);
 // `status` becomes the exit status when the command has run.
 void add_accuracy(CLI::App& app, int& status);
 
-// What score and analyze both take: a texture of any kind, and what its values mean.
+// What score and analyze both take: textures of any kind, and what their values mean.
 struct TextureArguments {
-  std::string file;
+  std::vector<std::string> files;
   std::string config;
   std::vector<std::string> overrides;
+  TextureReading reading;
   int threads = 0;  // 0: all processors
 };
 
 void add_texture_arguments(CLI::App& command, TextureArguments& arguments);
-// The config given or, where --set changes it, the run file's own; none where neither is given.
-std::optional<RunConfig> config_of(const TextureArguments& arguments);
+// The config given or, where --set changes it, the run file's own; from --set alone, the size is what the file
+// suggests. None where nothing is given.
+std::optional<RunConfig> config_of(const TextureArguments& arguments, const std::string& file);
+TextureFile load_argument(const TextureArguments& arguments, const std::string& file);
 int threads_of(const TextureArguments& arguments);
 
 // What a page says it was made by: the version, today's date, and the command line as a shell takes it.

@@ -5,9 +5,11 @@
 #include <memory>
 #include <string>
 
+#include "noiseloom/core/error.h"
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/files/output_files.h"
 #include "noiseloom/image/texture_file.h"
+#include "noiseloom/measure/distribution.h"
 #include "noiseloom/measure/quality.h"
 #include "noiseloom/report/analyze.h"
 #include "noiseloom_study.h"
@@ -22,13 +24,20 @@ struct Arguments {
 };
 
 void run_analyze(const Arguments& arguments) {
-  const TextureArguments& common = arguments.texture;
-  const TextureFile file = load_texture(common.file, config_of(common));
-  ThreadPool pool(threads_of(common));
+  const std::vector<std::string>& files = arguments.texture.files;
+  if (files.size() > 1)
+    throw UserError("command line", fmt::format("{} files, but analyze writes the report of one; for images that are "
+                                                "slices of one texture give a pattern: noise_{{}}.png",
+                                                files.size()));
+  const TextureFile file = load_argument(arguments.texture, files.front());
+  ThreadPool pool(threads_of(arguments.texture));
   OutputFiles output(posix_file_ops(), arguments.overwrite);
-  const SpectralQuality quality = analyze_texture(common.file, file, arguments.folder, output, pool, report_origin());
+  const SpectralQuality quality = analyze_texture(files.front(), file, arguments.folder, output, pool, report_origin());
   output.commit();
   fmt::print("{}", quality_text(quality));
+  if (file.config && file.source != "run file")
+    if (const std::string warning = distribution_warning(file.texture, file.config->problem.samples); !warning.empty())
+      fmt::print("warning: {}\n", warning);
   fmt::print("wrote {}\n", (std::filesystem::path(arguments.folder) / "report.html").string());
 }
 

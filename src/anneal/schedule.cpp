@@ -78,6 +78,11 @@ double temperature_at(double start, double end, double fraction) {
   return start * math::exp(fraction * math::log(end / start));
 }
 
+std::int64_t sweeps_per_fraction(std::int64_t round_length) {
+  constexpr std::int64_t least = 100;
+  return std::max(least, round_length / 100);
+}
+
 bool score_due(const Moment& moment, std::int64_t scores_per_round) {
   const std::int64_t scores = std::min(scores_per_round, moment.round_length);
   const std::int64_t before = moment.sweep_in_round * scores / moment.round_length;

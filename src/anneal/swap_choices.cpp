@@ -66,8 +66,10 @@ std::int64_t visit_length(const OptimizerSpec& optimizer, bool with_background) 
 }
 
 bool wants_features(const OptimizerSpec& optimizer, bool has_factors, std::int64_t num_taps, std::int64_t own_taps) {
-  return optimizer.method == Method::anneal && optimizer.precision != Precision::float64 && has_factors &&
-         num_taps >= 3 * own_taps;
+  // Where the plane has no taps, a few hundred of the same pixel cost no more than features, and miss nothing.
+  constexpr std::int64_t cheap_stack = 256;
+  const bool cost_much = own_taps == 0 ? num_taps > cheap_stack : num_taps >= 3 * own_taps;
+  return optimizer.method == Method::anneal && optimizer.precision != Precision::float64 && has_factors && cost_much;
 }
 
 std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,

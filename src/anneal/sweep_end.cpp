@@ -13,7 +13,6 @@ namespace noiseloom {
 namespace {
 
 // fast: how often gamma is looked at, at most.
-constexpr std::int64_t least_sweeps_per_fraction = 100;
 // R is evaluated for show after so many seconds, or as seldom as costs a fortieth of the run.
 constexpr double score_shown_every_s = 1;
 constexpr double score_share = 40;
@@ -81,13 +80,12 @@ void SwapOptimizer::Impl::add_row(double seconds) {
                            figures.acceptance, state.relative_error, seconds});
 }
 
-// The paper's rule: gamma doubles when fewer than gamma / 4 of all pairs were swapped. Looked at once in a hundredth
-// of the run, as its authors' program does, and never sooner than those hundred sweeps of its ten thousand: swaps
-// double with gamma, so a rule that is looked at every sweep takes gamma to 1 in three, and the pairs that then swap
-// together drive R up without end.
+// The paper's rule: gamma doubles when fewer than gamma / 4 of all pairs were swapped. Swaps double with gamma, so a
+// rule that is looked at every sweep takes gamma to 1 in three, and the pairs that then swap together drive R up
+// without end.
 void SwapOptimizer::Impl::adapt_fraction(std::int64_t accepted, const Moment& moment) {
   if (optimizer.method != Method::fast || !optimizer.grow_fraction) return;
-  if (state.sweep % std::max(least_sweeps_per_fraction, moment.round_length / 100) != 0) return;
+  if (state.sweep % sweeps_per_fraction(moment.round_length) != 0) return;
   const double pairs = static_cast<double>(problem.extents.num_cells()) / 2;
   if (static_cast<double>(accepted) < state.fraction / 4 * pairs) state.fraction = std::min(1.0, 2 * state.fraction);
 }

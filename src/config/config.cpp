@@ -21,8 +21,8 @@ RunConfig parse_config(const std::string& text, const std::string& name, const s
   return parsed({.text = text, .name = name, .folder = folder}, overrides, missing);
 }
 
-RunConfig load_config(const std::string& path, const std::vector<std::string>& overrides) {
-  return parsed(settings::load_source(path, settings::run_config_kind().noun), overrides, MissingFiles::refused);
+RunConfig load_config(const std::string& path, const std::vector<std::string>& overrides, MissingFiles missing) {
+  return parsed(settings::load_source(path, settings::run_config_kind().noun), overrides, missing);
 }
 
 std::string to_toml(const RunConfig& config) {

@@ -91,7 +91,7 @@ std::span<const Setting> all() {
        .type = Type::file,
        .sentence =
            "A .npy of shape [n] or [n, channels] for all slices, or with the number of slices in front; n pixels "
-           "in a slice.",
+           "in a slice. Read when a run begins, and kept in its run file.",
        .field = [](RunConfig& c) -> Field { return &c.problem.samples.file; },
        .required = true},
       {.key = "texture.samples.distance",
@@ -174,7 +174,12 @@ std::span<const Setting> all() {
       {.key = "filter.groups[].file",
        .type = Type::file,
        .sentence =
-           "A .npy of one dimension (the taps of each axis) or of as many as the group has axes, in their order.",
+           "A .npy of one dimension, the taps along each axis of the group; or of as many as the group has axes, the "
+           "first axis of the texture last: [y, x] for \"xy\", [t, y, x] for \"xyt\", however the axes are listed. "
+           "Which tap is the middle one does not matter, nor does a mirrored table. Taps are taken as they are, not "
+           "scaled to add up to 1: with product R is the same, with sum a group of taps that add up to 2 counts four "
+           "times. Negative ones are taken too, with a word to say so. Read when a run begins, and kept in its run "
+           "file.",
        .field = [](GroupSpec& g) -> Field { return &g.kernel.file; },
        .when = with_kernel("table"),
        .required = true},

@@ -1,5 +1,7 @@
 #include "files/hdf5_handle.h"
 
+#include <atomic>
+#include <cstdlib>
 #include <utility>
 
 #include "noiseloom/core/error.h"
@@ -15,12 +17,23 @@ herr_t append(unsigned depth, const H5E_error2_t* entry, void* text) {
   return 0;
 }
 
+std::atomic<bool> has_failed = false;
+
+// Once. HDF5 would end itself at exit; where it failed inside a damaged file it may not find to an end, and says so on
+// stderr. All files are closed by then, so that it has nothing to do but to give its memory back.
+void end_hdf5_at_exit() {
+  [[maybe_unused]] static const bool done = [] {
+    H5dont_atexit();
+    return std::atexit([] {
+             if (!has_failed) H5close();
+           }) == 0;
+  }();
+}
+
 }  // namespace
 
 Quiet::Quiet() {
-  // Where HDF5 failed inside a damaged file it may not find to an end at exit, and says so on stderr. Nothing is
-  // left for it to do there: all files are closed by then.
-  [[maybe_unused]] static const herr_t once = H5dont_atexit();
+  end_hdf5_at_exit();
   H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
@@ -28,6 +41,7 @@ Quiet::Quiet() {
 Quiet::~Quiet() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
 
 void fail(const std::string& what) {
+  has_failed = true;
   std::string stack;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, append, &stack);  // the cause first
   H5Eclear2(H5E_DEFAULT);

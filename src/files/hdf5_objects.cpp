@@ -112,9 +112,7 @@ void create_group(const Location& at, const std::string& path, bool keep_link_or
 void create_parents(const Location& at, const std::string& path) {
   for (std::size_t slash = path.find('/', 1); slash != std::string::npos; slash = path.find('/', slash + 1)) {
     const std::string parent = path.substr(0, slash);
-    if (checked(H5Lexists(at.file, parent.c_str(), H5P_DEFAULT), doing(at, "look up", parent)) == 0) {
-      create_group(at, parent);
-    }
+    if (!exists(at, parent)) create_group(at, parent);
   }
 }
 
@@ -134,6 +132,18 @@ void write_numbers(const Location& at, const std::string& path, const std::vecto
   const std::string what = doing(at, "write", path);
   Handle dataset = create_dataset(at, path, H5T_IEEE_F64LE, {values.size()});
   checked(H5Dwrite(dataset.id(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), what);
+  dataset.close(what);
+}
+
+void write_array(const Location& at, const std::string& path, const InputArray& array) {
+  const std::string what = doing(at, "write", path);
+  const bool is_float = std::holds_alternative<std::vector<float>>(array.values);
+  const std::vector<hsize_t> dimensions(array.shape.begin(), array.shape.end());
+  Handle dataset = create_dataset(at, path, is_float ? H5T_IEEE_F32LE : H5T_IEEE_F64LE, dimensions);
+  const void* const values = std::visit([](const auto& held) -> const void* { return held.data(); }, array.values);
+  checked(
+      H5Dwrite(dataset.id(), is_float ? H5T_NATIVE_FLOAT : H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values),
+      what);
   dataset.close(what);
 }
 
@@ -228,6 +238,22 @@ std::vector<std::uint64_t> read_words(const Location& at, const std::string& pat
   return read_values<std::uint64_t>(at, path, H5T_NATIVE_UINT64);
 }
 
+InputArray read_array(const Location& at, const std::string& path) {
+  const std::string what = doing(at, "read", path);
+  const Handle dataset = open_dataset(at, path);
+  const Handle type(H5Dget_type(dataset.id()), H5Tclose, what);
+  InputArray array;
+  for (const hsize_t size : dimensions_of(at, dataset.id())) array.shape.push_back(narrow<std::int64_t>(size));
+  if (checked(H5Tequal(type.id(), H5T_IEEE_F32LE), what) > 0) {
+    array.values = read_values<float>(at, path, H5T_NATIVE_FLOAT);
+  } else if (checked(H5Tequal(type.id(), H5T_IEEE_F64LE), what) > 0) {
+    array.values = read_values<double>(at, path, H5T_NATIVE_DOUBLE);
+  } else {
+    throw UserError(at.name, path + " is neither float32 nor float64");
+  }
+  return array;
+}
+
 std::string read_text(const Location& at, const std::string& path) {
   const std::string what = doing(at, "read", path);
   const Handle dataset = open_dataset(at, path);
@@ -272,6 +298,10 @@ std::vector<std::int64_t> read_integers(const Location& at, const std::string& p
   std::vector<std::int64_t> values(num_elements(attribute.id(), what));
   checked(H5Aread(attribute.id(), H5T_NATIVE_INT64, values.data()), what);
   return values;
+}
+
+bool exists(const Location& at, const std::string& path) {
+  return checked(H5Lexists(at.file, path.c_str(), H5P_DEFAULT), doing(at, "look up", path)) > 0;
 }
 
 std::vector<std::string> links_in_order(const Location& at, const std::string& path) {

@@ -31,6 +31,7 @@ void create_parents(const Location& at, const std::string& path);
 // With its place in the file fixed at once and no fill values written.
 Handle create_dataset(const Location& at, const std::string& path, hid_t type, const std::vector<hsize_t>& dimensions);
 void write_numbers(const Location& at, const std::string& path, const std::vector<double>& values);
+void write_array(const Location& at, const std::string& path, const InputArray& array);
 void write_text(const Location& at, const std::string& path, const std::string& text);
 void write_attribute(const Location& at, const std::string& path, const std::string& key, const Attribute& value);
 void write_attribute(const Location& at, const std::string& path, const std::string& key,
@@ -43,12 +44,15 @@ std::vector<hsize_t> dimensions_of(const Location& at, hid_t dataset);
 // Throws UserError where a dataset claims more data than the whole file can hold, so that no memory is taken for it.
 void check_claim(const Location& at, const std::string& path, hid_t dataset);
 std::vector<double> read_numbers(const Location& at, const std::string& path);
+// float32 or float64, in whatever shape.
+InputArray read_array(const Location& at, const std::string& path);
 std::vector<std::uint64_t> read_words(const Location& at, const std::string& path);
 std::string read_text(const Location& at, const std::string& path);
 // The attributes of an object that are one number or text.
 std::map<std::string, Attribute> read_attributes(const Location& at, const std::string& path);
 std::string read_text_attribute(const Location& at, const std::string& path, const std::string& key);
 std::vector<std::int64_t> read_integers(const Location& at, const std::string& path, const std::string& key);
+bool exists(const Location& at, const std::string& path);
 // Names in a group, in the order in which they were made where the group knows it.
 std::vector<std::string> links_in_order(const Location& at, const std::string& path);
 

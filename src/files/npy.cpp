@@ -18,7 +18,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 constexpr std::string_view magic("\x93NUMPY", 6);
-constexpr std::string_view accepted_types = "float32, float64 and integers, little endian";
+constexpr std::string_view accepted_types = "float16, float32, float64 and integers of 8 to 64 bits";
 
 struct Header {
   std::string type;
@@ -88,14 +88,22 @@ Header read_header(std::ifstream& file, const std::string& path) {
   return parse_header(dict, path);
 }
 
+// The product of all sizes, which is within bounds without those that are 0 too: so is that of any of them.
 std::int64_t count_of(std::span<const std::int64_t> shape, const std::string& path) {
+  constexpr std::int64_t most = std::numeric_limits<std::int64_t>::max() / 8;
+  constexpr std::size_t most_dimensions = 64;
+  if (shape.size() > most_dimensions) {
+    throw UserError(path, std::to_string(shape.size()) + " dimensions; accepted: at most 64");
+  }
   std::int64_t count = 1;
+  bool empty = false;
   for (const std::int64_t size : shape) {
-    constexpr std::int64_t most = std::numeric_limits<std::int64_t>::max() / 8;
-    if (size > 0 && count > most / size) throw UserError(path, "shape " + npy_shape_text(shape) + " is too large");
+    empty = empty || size == 0;
+    if (size == 0) continue;
+    if (count > most / size) throw UserError(path, "shape " + npy_shape_text(shape) + " is too large");
     count *= size;
   }
-  return count;
+  return empty ? 0 : count;
 }
 
 std::int64_t bytes_left(std::ifstream& file) {
@@ -106,33 +114,72 @@ std::int64_t bytes_left(std::ifstream& file) {
   return static_cast<std::int64_t>(end - here);
 }
 
-template <class T>
-std::vector<double> read_values(std::ifstream& file, const Header& header, const std::string& path) {
+// '<f4' is little-endian, a float, of 4 bytes.
+NumberType parse_type(const std::string& type, const std::string& path) {
+  static constexpr std::string_view known[] = {"f2", "f4", "f8", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"};
+  const bool one_byte = type.ends_with("1");
+  const bool ordered = type.size() == 3 && (type[0] == '<' || type[0] == '>' || (type[0] == '|' && one_byte));
+  if (!ordered || std::find(std::begin(known), std::end(known), type.substr(1)) == std::end(known)) {
+    throw UserError(path, "type \"" + type + "\"; accepted: " + std::string(accepted_types));
+  }
+  const NumberType::Kind kind = type[1] == 'f'   ? NumberType::Kind::floating
+                                : type[1] == 'i' ? NumberType::Kind::signed_integer
+                                                 : NumberType::Kind::unsigned_integer;
+  return {kind, type[2] - '0', type[0] == '>'};
+}
+
+std::vector<double> read_values(std::ifstream& file, const Header& header, const NumberType& type,
+                                const std::string& path) {
   const std::int64_t count = count_of(header.shape, path);
-  const std::int64_t wanted = count * static_cast<std::int64_t>(sizeof(T));
+  const std::int64_t wanted = count * type.bytes;
   const std::int64_t found = bytes_left(file);
   if (found != wanted) {
     throw UserError(path, "shape " + npy_shape_text(header.shape) + " needs " + std::to_string(wanted) +
                               " bytes of values; the file holds " + std::to_string(found));
   }
   std::vector<double> values(static_cast<std::size_t>(count));
-  std::vector<T> chunk(std::size_t{1} << 16);
-  for (std::size_t at = 0; at < values.size(); at += chunk.size()) {
-    const std::size_t n = std::min(chunk.size(), values.size() - at);
-    file.read(reinterpret_cast<char*>(chunk.data()), static_cast<std::streamsize>(n * sizeof(T)));
+  const std::size_t bytes = static_cast<std::size_t>(type.bytes);
+  constexpr std::size_t chunk_values = std::size_t{1} << 16;
+  std::vector<char> chunk(chunk_values * bytes);
+  for (std::size_t at = 0; at < values.size(); at += chunk_values) {
+    const std::size_t n = std::min(chunk_values, values.size() - at);
+    file.read(chunk.data(), static_cast<std::streamsize>(n * bytes));
     if (!file) throw UserError(path, "cannot be read: " + std::string(std::strerror(errno)));
     for (std::size_t i = 0; i < n; ++i) {
-      if constexpr (sizeof(T) == 8 && std::is_integral_v<T>) {
-        constexpr T most = T{1} << 53;
-        if (chunk[i] > most || (std::is_signed_v<T> && chunk[i] < T{0} - most)) {
-          throw UserError(path, "value " + std::to_string(at + i) + " = " + std::to_string(chunk[i]) +
-                                    ": integers must lie within +-2^53");
-        }
+      const char* const number = chunk.data() + i * bytes;
+      if (!is_exact(number, type)) {
+        throw UserError(path, "value " + std::to_string(at + i) + " = " + integer_text(number, type) +
+                                  ": integers must lie within +-2^53");
       }
-      values[at + i] = static_cast<double>(chunk[i]);
+      values[at + i] = number_at(number, type);
     }
   }
   return values;
+}
+
+// From the order in which the first dimension varies fastest to that in which the last does.
+std::vector<double> from_fortran_order(const std::vector<double>& values, const std::vector<std::int64_t>& shape) {
+  std::vector<std::size_t> stride(shape.size(), 1);
+  for (std::size_t d = 1; d < shape.size(); ++d) stride[d] = stride[d - 1] * static_cast<std::size_t>(shape[d - 1]);
+  std::vector<std::int64_t> index(shape.size(), 0);
+  std::vector<double> ordered(values.size());
+  std::size_t from = 0;
+  for (double& value : ordered) {
+    value = values[from];
+    for (std::size_t d = shape.size(); d-- > 0;) {
+      from += stride[d];
+      if (++index[d] < shape[d]) break;
+      from -= stride[d] * static_cast<std::size_t>(shape[d]);
+      index[d] = 0;
+    }
+  }
+  return ordered;
+}
+
+std::ifstream open_npy(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw UserError(path, "cannot be opened: " + std::string(std::strerror(errno)));
+  return file;
 }
 
 }  // namespace
@@ -145,28 +192,21 @@ std::string npy_shape_text(std::span<const std::int64_t> shape) {
 }
 
 NpyArray read_npy(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw UserError(path, "cannot be opened: " + std::string(std::strerror(errno)));
+  std::ifstream file = open_npy(path);
   Header header = read_header(file, path);
-  if (header.fortran_order && header.shape.size() > 1) {
-    throw UserError(path, "Fortran order; save it with numpy.ascontiguousarray");
-  }
-  const auto read = [&]() -> std::vector<double> {
-    const std::string& type = header.type;
-    if (type == "<f4") return read_values<float>(file, header, path);
-    if (type == "<f8") return read_values<double>(file, header, path);
-    if (type == "|i1") return read_values<std::int8_t>(file, header, path);
-    if (type == "|u1") return read_values<std::uint8_t>(file, header, path);
-    if (type == "<i2") return read_values<std::int16_t>(file, header, path);
-    if (type == "<u2") return read_values<std::uint16_t>(file, header, path);
-    if (type == "<i4") return read_values<std::int32_t>(file, header, path);
-    if (type == "<u4") return read_values<std::uint32_t>(file, header, path);
-    if (type == "<i8") return read_values<std::int64_t>(file, header, path);
-    if (type == "<u8") return read_values<std::uint64_t>(file, header, path);
-    throw UserError(path, "type \"" + type + "\"; accepted: " + std::string(accepted_types));
-  };
-  std::vector<double> values = read();
-  return {std::move(header.shape), std::move(values)};
+  const NumberType type = parse_type(header.type, path);
+  NpyArray array{{}, read_values(file, header, type, path), type};
+  if (header.fortran_order && header.shape.size() > 1) array.values = from_fortran_order(array.values, header.shape);
+  array.shape = std::move(header.shape);
+  return array;
+}
+
+std::vector<std::int64_t> read_npy_shape(const std::string& path) {
+  std::ifstream file = open_npy(path);
+  const Header header = read_header(file, path);
+  parse_type(header.type, path);
+  count_of(header.shape, path);
+  return header.shape;
 }
 
 namespace {

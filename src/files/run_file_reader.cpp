@@ -131,6 +131,13 @@ void RunFileReader::Impl::read_all(const std::vector<std::string>* names) {
       throw_not_laid_out(path, "the columns of /history have different lengths");
     }
   }
+  if (hdf5::exists(at, "/inputs")) {
+    for (const std::string& key : hdf5::links_in_order(at, "/inputs")) {
+      const std::string name = "/inputs/" + key;
+      content.inputs.push_back({key, hdf5::read_text_attribute(at, name, "file"),
+                                std::make_shared<const InputArray>(hdf5::read_array(at, name))});
+    }
+  }
   std::vector<std::string> all;
   for (const auto& [key, value] : hdf5::read_attributes(at, "/checksum")) {
     if (!std::holds_alternative<std::string>(value)) continue;
@@ -235,6 +242,8 @@ RunFileReader::RunFileReader(const std::string& path, Changed changed, FileOps& 
 
 RunFileReader::~RunFileReader() = default;
 RunFileReader::RunFileReader(RunFileReader&&) noexcept = default;
+
+const std::string& RunFileReader::path() const { return impl_->path; }
 
 const RunFileContent& RunFileReader::content() const { return impl_->content; }
 const std::string& RunFileReader::change() const { return impl_->change; }

@@ -68,6 +68,7 @@ struct RunFileWriter::Impl {
   void create_structure(const RunFileContent& content);
   void create_file();
   void create_dataset(const SliceDataset& spec);
+  void write_inputs(const RunFileContent& content);
   void write_history(const RunFileContent& content);
   void write_provenance(const RunFileContent& content);
   void write_checksums();
@@ -113,6 +114,7 @@ void RunFileWriter::Impl::create_structure(const RunFileContent& content) {
   hdf5::create_group(at, "/checksum");
   for (const SliceDataset& spec : content.datasets) create_dataset(spec);
   hdf5::write_text(at, "/config", content.config);
+  write_inputs(content);
   write_history(content);
   write_provenance(content);
   driver->rethrow();
@@ -147,6 +149,17 @@ void RunFileWriter::Impl::create_dataset(const SliceDataset& spec) {
                    num_slices, bytes_per_slice(spec, extents),
                    offset_of(dataset.checksums.id(), temporary + ": no place in the file for checksums")};
   datasets.push_back(std::move(dataset));
+}
+
+void RunFileWriter::Impl::write_inputs(const RunFileContent& content) {
+  if (content.inputs.empty()) return;
+  const hdf5::Location at = location();
+  hdf5::create_group(at, "/inputs", true);
+  for (const RunFileInput& input : content.inputs) {
+    const std::string name = "/inputs/" + input.key;
+    hdf5::write_array(at, name, *input.array);
+    hdf5::write_attribute(at, name, "file", input.file);
+  }
 }
 
 void RunFileWriter::Impl::write_history(const RunFileContent& content) {

@@ -5,6 +5,7 @@
 #include "noiseloom/core/error.h"
 #include "noiseloom/files/digest.h"
 #include "noiseloom/image/image_io.h"
+#include "noiseloom/image/image_reader.h"
 
 namespace noiseloom {
 namespace {
@@ -62,6 +63,7 @@ struct ImageWriter::Impl {
 };
 
 void ImageWriter::Impl::open() {
+  use_one_image_thread();
   output = OIIO::ImageOutput::create(library_name(job.format));
   if (!output) write_failed(path, words_of(OIIO::geterror()));
   if (job.stacking == Stacking::down) {

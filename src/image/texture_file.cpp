@@ -5,19 +5,22 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <new>
 
 #include "image/texture_loaders.h"
 #include "noiseloom/config/stored_config.h"
+#include "noiseloom/files/hdf5_array.h"
+#include "noiseloom/files/npy.h"
 #include "noiseloom/files/order_codec.h"
 #include "noiseloom/files/pixel_order.h"
 #include "noiseloom/files/run_file.h"
+#include "noiseloom/image/image_reader.h"
+#include "noiseloom/image/sample_check.h"
 #include "noiseloom/image/sequence.h"
 #include "noiseloom/samples/sample_space.h"
 
 namespace noiseloom {
-namespace {
 
-// "channel 1 at x 5, y 7, slice 3"
 std::string place_of(const Texture& texture, std::size_t index) {
   const std::size_t cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
   const std::size_t width = static_cast<std::size_t>(texture.extents.width());
@@ -28,11 +31,18 @@ std::string place_of(const Texture& texture, std::size_t index) {
                      plane % channels);
 }
 
-}  // namespace
-
 Texture make_texture(const Extents& extents, int channels) {
   Texture texture{extents, channels, {}};
-  texture.values.resize(texture.floats_per_slice() * static_cast<std::size_t>(extents.num_slices()));
+  const double bytes = static_cast<double>(extents.num_cells()) * channels * sizeof(float);
+  try {
+    if (bytes > 0x1p62) throw std::bad_alloc();
+    texture.values.resize(texture.floats_per_slice() * static_cast<std::size_t>(extents.num_slices()));
+  } catch (const std::bad_alloc&) {
+    throw EnvironmentError(
+        fmt::format("a texture of {} with {} value{} a pixel takes {:.0f} MB of memory, which the "
+                    "system does not give",
+                    extents.to_string(), channels, channels == 1 ? "" : "s", bytes / 1e6));
+  }
   return texture;
 }
 
@@ -85,42 +95,24 @@ void normalise_directions(Texture& texture, const std::string& name) {
 }
 
 namespace loaders {
-
-int config_channels(const RunConfig& config) {
-  return config.problem.samples.is_file() ? 0 : num_channels(config.problem.samples);
-}
-
-ValueRange stored_range(const std::optional<RunConfig>& config) {
-  if (!config) return {};
-  const SampleSpec& samples = config->problem.samples;
-  if (const auto range = natural_range(samples)) return *range;
-  return samples.is_file() && samples.distance == DistanceKind::angle ? ValueRange{-1, 1} : ValueRange{};
-}
-
-std::string expected_size(const RunConfig& config) {
-  const Extents& extents = config.problem.extents;
-  return fmt::format("{} slice{} of {} x {}", extents.num_slices(), extents.num_slices() == 1 ? "" : "s",
-                     extents.width(), extents.height());
-}
-
-void decode_floats(TextureFile& file) {
-  const ValueRange range = stored_range(file.config);
-  if (range == ValueRange{}) return;
-  std::vector<float>& values = file.texture.values;
-  if (std::any_of(values.begin(), values.end(), [](float v) { return v < 0; })) return;
-  for (float& v : values) v = static_cast<float>(from_unit(range, v));
-  file.notes.push_back("No value is negative, so values were decoded as 2 v - 1.");
-}
-
 namespace {
 
-// The config's filter on the run file's texture, which must have the same size.
+// The config's filter on the run file's texture; axes are matched by their names.
 RunConfig with_filter_of(RunConfig stored, const RunConfig& given, const std::string& path) {
-  if (!(stored.problem.extents == given.problem.extents))
-    throw UserError(
-        path, fmt::format("holds {} (axes {}), but the config given says {} (axes {})", expected_size(stored),
-                          stored.problem.extents.to_string(), expected_size(given), given.problem.extents.to_string()));
-  stored.problem.filter = given.problem.filter;
+  FilterSpec filter = given.problem.filter;
+  const Extents& extents = stored.problem.extents;
+  for (GroupSpec& group : filter.groups)
+    for (int& axis : group.axes) {
+      const std::string& name = given.problem.extents.name(axis);
+      axis = extents.axis(name);
+      if (axis < 0) {
+        std::string names;
+        for (int a = 0; a < extents.num_axes(); ++a) names += (a == 0 ? "" : ", ") + extents.name(a);
+        throw UserError(
+            path, fmt::format("the filter of the config given is over axis {}, but the run file has {}", name, names));
+      }
+    }
+  stored.problem.filter = std::move(filter);
   return stored;
 }
 
@@ -135,7 +127,8 @@ std::vector<std::uint64_t> ranks_of(const PixelOrder& order, const Extents& exte
 
 }  // namespace
 
-TextureFile run_file(const std::string& path, const std::optional<RunConfig>& config) {
+TextureFile run_file(const Request& request) {
+  const std::string& path = request.path;
   const RunFileReader reader(path, Changed::accepted);
   const RunFileContent& content = reader.content();
   const int samples = reader.dataset("/samples");
@@ -145,7 +138,7 @@ TextureFile run_file(const std::string& path, const std::optional<RunConfig>& co
   file.source = "run file";
   if (!reader.change().empty()) file.notes.push_back(reader.change());
   file.config = stored_config(content, path);
-  if (config) file.config = with_filter_of(*file.config, *config, path);
+  if (request.config) file.config = with_filter_of(*file.config, *request.config, path);
   file.history = content.history;
   if (const auto found = content.checksums.find("/samples"); found != content.checksums.end())
     file.checksum = found->second;
@@ -164,29 +157,72 @@ TextureFile run_file(const std::string& path, const std::optional<RunConfig>& co
 
 namespace {
 
-TextureFile load_any(const std::string& path, const std::optional<RunConfig>& config) {
-  namespace fs = std::filesystem;
-  if (fs::is_directory(path) || (!fs::exists(path) && is_sequence_pattern(path))) return loaders::images(path, config);
-  if (!fs::exists(path)) throw UserError(path, "no such file");
-  if (looks_like_run_file(path)) return loaders::run_file(path, config);
-  const std::string extension = fs::path(path).extension().string();
-  if (extension == ".npy") return loaders::npy(path, config);
-  if (extension == ".raw" || extension == ".bin") return loaders::raw(path, config);
-  if (extension == ".h5" || extension == ".hdf5")
-    throw UserError(path, "not a run file of noiseloom, or one whose beginning is damaged");
-  return loaders::images(path, config);
+namespace fs = std::filesystem;
+
+enum class FileKind { images, run_file, npy, raw, hdf5 };
+
+FileKind kind_of(const std::string& path) {
+  if (fs::is_directory(path)) return FileKind::images;
+  if (!fs::exists(path)) {
+    if (split_dataset_name(path)) return FileKind::hdf5;
+    if (is_sequence_pattern(path)) return FileKind::images;
+    throw UserError(path, "no such file");
+  }
+  if (!fs::is_regular_file(path)) throw UserError(path, "a device, not a file");
+  if (looks_like_run_file(path)) return FileKind::run_file;
+  const std::string extension = lower_case_extension(path);
+  if (extension == ".npy") return FileKind::npy;
+  if (extension == ".raw" || extension == ".bin") return FileKind::raw;
+  if (extension == ".h5" || extension == ".hdf5" || is_hdf5(path)) return FileKind::hdf5;
+  return FileKind::images;
+}
+
+loaders::Stored load_stored(FileKind kind, const loaders::Request& request) {
+  switch (kind) {
+    case FileKind::npy:
+      return loaders::npy(request);
+    case FileKind::raw:
+      return loaders::raw(request);
+    case FileKind::hdf5:
+      return loaders::hdf5_dataset(request);
+    default:
+      return loaders::images(request);
+  }
 }
 
 }  // namespace
 
-TextureFile load_texture(const std::string& path, const std::optional<RunConfig>& config) {
-  TextureFile file = load_any(path, config);
+TextureFile load_texture(const std::string& path, const std::optional<RunConfig>& config,
+                         const TextureReading& reading) {
+  const FileKind kind = kind_of(path);
+  const loaders::Request request{path, config, reading};
+  if (kind == FileKind::run_file) {
+    TextureFile file = loaders::run_file(request);
+    check_finite(file.texture, path);
+    return file;
+  }
+  TextureFile file = loaders::interpret(load_stored(kind, request), request);
   check_finite(file.texture, path);
-  const bool directions = file.config &&
-                          distance_kind(file.config->problem.samples, file.texture.channels) == DistanceKind::angle &&
-                          file.source != "run file";
-  if (directions) normalise_directions(file.texture, path);
+  if (!file.config) return file;
+  const SampleSpec& samples = file.config->problem.samples;
+  check_in_space(file.texture, samples, file.step, path);
+  if (distance_kind(samples, file.texture.channels) == DistanceKind::angle) normalise_directions(file.texture, path);
   return file;
+}
+
+Extents suggested_extents(const std::string& path, int channels, const TextureReading& reading) {
+  std::vector<std::string> notes;
+  switch (kind_of(path)) {
+    case FileKind::npy:
+      return loaders::suggested_array_extents(path, read_npy_shape(path), channels, reading);
+    case FileKind::hdf5:
+      return loaders::suggested_array_extents(path, hdf5_array_shape(path), channels, reading);
+    case FileKind::raw:
+      throw UserError(path,
+                      "raw numbers do not say their size: --set \"texture.size={ x = 128, y = 128 }\" or --config");
+    default:
+      return loaders::suggested_image_extents(path, reading, notes);
+  }
 }
 
 }  // namespace noiseloom

@@ -1,22 +1,24 @@
-// Images to textures. An arrangement says where each slice lies (file, part, first row); it is found and checked before
-// a pixel is read.
+// Images to textures. An arrangement says where each slice lies (file, part, row, column); it is found and checked
+// before a pixel is read.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstring>
 #include <filesystem>
 
 #include "image/texture_loaders.h"
-#include "noiseloom/image/image_io.h"
+#include "noiseloom/image/image_reader.h"
 #include "noiseloom/image/sequence.h"
 
 namespace noiseloom::loaders {
 namespace {
 
 struct Place {
-  std::size_t file;
-  int part;
-  int row;
+  std::size_t file = 0;
+  int part = 0;
+  int row = 0;
+  int column = 0;
 };
 
 struct Arrangement {
@@ -25,202 +27,300 @@ struct Arrangement {
   std::string kind;  // "64 images", "a strip of 64 slices", "64 parts", "one image"
 };
 
-[[noreturn]] void size_differs(const std::string& path, const std::string& found, const RunConfig& config) {
-  throw UserError(path, fmt::format("{}, but the config says {}", found, expected_size(config)));
+// What --layout says.
+struct Layout {
+  enum class Kind { found, image, strip, row, atlas, atlas_down };
+  Kind kind = Kind::found;
+  int columns = 1;  // of an atlas
+  int rows = 1;
+};
+
+Layout parse_layout(const std::string& text) {
+  if (text.empty()) return {};
+  if (text == "image") return {Layout::Kind::image};
+  if (text == "strip") return {Layout::Kind::strip};
+  if (text == "row") return {Layout::Kind::row};
+  const std::size_t colon = text.find(':');
+  const std::string word = text.substr(0, colon);
+  Layout layout{word == "atlas-down" ? Layout::Kind::atlas_down : Layout::Kind::atlas};
+  const char* const last = text.data() + text.size();
+  const auto [times, error] = std::from_chars(text.data() + std::min(colon, text.size() - 1) + 1, last, layout.columns);
+  const auto [end, second_error] = times == last ? std::from_chars_result{last, std::errc::invalid_argument}
+                                                 : std::from_chars(times + 1, last, layout.rows);
+  constexpr int most = 65536;
+  if ((word != "atlas" && word != "atlas-down") || error != std::errc{} || second_error != std::errc{} || end != last ||
+      *times != 'x' || layout.columns < 1 || layout.rows < 1 || layout.columns > most || layout.rows > most)
+    throw UserError("command line", fmt::format("--layout {}: accepted: image, strip (downward), row (to the right), "
+                                                "atlas:CxR (C columns, R rows; atlas-down:CxR counts downward first)",
+                                                text));
+  return layout;
 }
 
 std::string size_of(const ImageShape& shape) { return fmt::format("{} x {} pixels", shape.width, shape.height); }
 
-// One file: a single slice, a strip or several parts.
-Arrangement arrange_one(const std::string& path, const Extents& extents, const std::optional<RunConfig>& config) {
-  ImageReader reader(path);
-  const ImageShape& shape = reader.shape(0);
-  const std::int64_t slices = extents.num_slices();
-  Arrangement arrangement{{path}, {}, ""};
-  if (reader.num_parts() > 1) {
-    if (config && (reader.num_parts() != slices || shape.width != extents.width() || shape.height != extents.height()))
-      size_differs(path, fmt::format("{} parts of {}", reader.num_parts(), size_of(shape)), *config);
-    for (int part = 0; part < reader.num_parts(); ++part) arrangement.slices.push_back({0, part, 0});
-    arrangement.kind = fmt::format("{} parts of one image", reader.num_parts());
-    return arrangement;
-  }
+[[noreturn]] void size_differs(const std::string& path, const std::string& found, const Extents& extents,
+                               const std::string& window = "") {
+  throw UserError(path,
+                  fmt::format("{}, but the config says {}{}", found, expected_size(extents),
+                              window.empty() ? "" : fmt::format(" ({}; only the former is in the file)", window)));
+}
+
+// Slices of one file, counted to the right and then down, or (atlas_down) down and then to the right.
+void place_grid(Arrangement& arrangement, const Extents& extents, int columns, int rows, bool down) {
+  const int width = narrow<int>(extents.width());
   const int height = narrow<int>(extents.height());
-  if (config && (shape.width != extents.width() || shape.height != extents.height() * slices))
-    size_differs(path, size_of(shape), *config);
-  for (int s = 0; s < slices; ++s) arrangement.slices.push_back({0, 0, s * height});
-  arrangement.kind = slices == 1 ? "one image" : fmt::format("a strip of {} slices", slices);
+  for (int s = 0; s < extents.num_slices(); ++s) {
+    const int column = down ? s / rows : s % columns;
+    const int row = down ? s % rows : s / columns;
+    arrangement.slices.push_back({0, 0, row * height, column * width});
+  }
+}
+
+std::string grid_kind(int columns, int rows, SliceIndex slices) {
+  if (columns * rows == 1) return "one image";
+  if (columns == 1) return fmt::format("a strip of {} slices", slices);
+  if (rows == 1) return fmt::format("a row of {} slices", slices);
+  return fmt::format("an atlas of {} x {} slices", columns, rows);
+}
+
+Arrangement arrange_parts(const std::string& path, const ImageReader& reader, const Extents& extents) {
+  const ImageShape& shape = reader.shape(0);
+  Arrangement arrangement{{path}, {}, fmt::format("{} parts of one image", reader.num_parts())};
+  if (reader.num_parts() != extents.num_slices() || shape.width != extents.width() || shape.height != extents.height())
+    size_differs(path, fmt::format("{} parts of {}", reader.num_parts(), size_of(shape)), extents, reader.window(0));
+  for (int part = 0; part < reader.num_parts(); ++part) arrangement.slices.push_back({0, part, 0, 0});
   return arrangement;
 }
 
-Arrangement arrange_many(const std::string& path, std::vector<std::string> files,
-                         const std::optional<RunConfig>& config) {
-  if (config && std::cmp_not_equal(files.size(), config->problem.extents.num_slices()))
-    size_differs(path, fmt::format("{} image{}", files.size(), files.size() == 1 ? "" : "s"), *config);
+// One file: a single slice, a strip, a row, an atlas or several parts.
+Arrangement arrange_one(const std::string& path, const ImageReader& reader, const Extents& extents,
+                        const Layout& layout, std::vector<std::string>& notes) {
+  if (reader.num_parts() > 1) return arrange_parts(path, reader, extents);
+  const ImageShape& shape = reader.shape(0);
+  const std::int64_t columns = shape.width / extents.width();
+  const std::int64_t rows = shape.height / extents.height();
+  const SliceIndex slices = extents.num_slices();
+  const bool whole = columns * extents.width() == shape.width && rows * extents.height() == shape.height;
+  const bool is_atlas = layout.kind == Layout::Kind::atlas || layout.kind == Layout::Kind::atlas_down;
+  const bool fits = whole &&
+                    (is_atlas ? columns == layout.columns && rows == layout.rows && columns * rows >= slices
+                              : columns * rows == slices) &&
+                    (layout.kind != Layout::Kind::image || slices == 1) &&
+                    (layout.kind != Layout::Kind::strip || columns == 1) &&
+                    (layout.kind != Layout::Kind::row || rows == 1);
+  if (!fits) size_differs(path, size_of(shape), extents, reader.window(0));
+  Arrangement arrangement{{path}, {}, grid_kind(narrow<int>(columns), narrow<int>(rows), slices)};
+  if (layout.kind == Layout::Kind::found && columns > 1 && rows > 1)
+    notes.push_back(
+        fmt::format("The slices of the atlas were counted from left to right, then down (atlas:{}x{}); "
+                    "--layout atlas-down:{}x{} counts downward first.",
+                    columns, rows, columns, rows));
+  place_grid(arrangement, extents, narrow<int>(columns), narrow<int>(rows), layout.kind == Layout::Kind::atlas_down);
+  return arrangement;
+}
+
+Arrangement arrange_many(const std::string& path, std::vector<std::string> files, const Extents& extents) {
+  if (std::cmp_not_equal(files.size(), extents.num_slices()))
+    size_differs(path, fmt::format("{} image{}", files.size(), files.size() == 1 ? "" : "s"), extents);
   Arrangement arrangement{std::move(files), {}, ""};
-  for (std::size_t f = 0; f < arrangement.files.size(); ++f) arrangement.slices.push_back({f, 0, 0});
+  for (std::size_t f = 0; f < arrangement.files.size(); ++f) arrangement.slices.push_back({f, 0, 0, 0});
   arrangement.kind = fmt::format("{} images", arrangement.files.size());
   return arrangement;
 }
 
-// The size that the images themselves suggest: as many slices as there are files or parts, else squares in a strip.
-Extents suggested_extents(const std::vector<std::string>& files, std::vector<std::string>& notes) {
-  ImageReader reader(files.front());
-  const ImageShape& shape = reader.shape(0);
-  std::int64_t slices = static_cast<std::int64_t>(files.size()) * reader.num_parts();
-  std::int64_t height = shape.height;
-  if (slices == 1 && shape.height > shape.width && shape.height % shape.width == 0) {
-    height = shape.width;
-    slices = shape.height / shape.width;
-    notes.push_back(
-        fmt::format("The image was taken as a strip of {} slices of {} x {}.", slices, shape.width, height));
+// The sequence that begins at `path` and has the slices of the config; UserError naming those that begin there.
+std::vector<std::string> sequence_for(const std::string& path, const Extents& extents,
+                                      std::vector<std::string>& notes) {
+  const std::size_t wanted = static_cast<std::size_t>(extents.num_slices());
+  const std::vector<Sequence> sequences = sequences_from_first(path);
+  std::vector<const Sequence*> exact;
+  std::vector<const Sequence*> longer;
+  std::string found;
+  for (const Sequence& sequence : sequences) {
+    if (sequence.files.size() == wanted) exact.push_back(&sequence);
+    if (sequence.files.size() > wanted) longer.push_back(&sequence);
+    if (!sequence.pattern.empty())
+      found += fmt::format("{}{} as {}{}", found.empty() ? "" : ", ",
+                           fmt::format("{} image{}", sequence.files.size(), sequence.files.size() == 1 ? "" : "s"),
+                           sequence.pattern, sequence.gap.empty() ? "" : fmt::format(" ({})", sequence.gap));
   }
-  return slices == 1 ? Extents({shape.width, height}) : Extents({shape.width, height, slices});
+  if (exact.size() + longer.size() > 1 && exact.size() != 1)
+    throw UserError(path, fmt::format("begins more than one sequence: {}; give one of these patterns", found));
+  if (exact.size() == 1) return exact.front()->files;
+  if (longer.empty())
+    size_differs(path, found.empty() ? "one image" : "the numbered images from here on are " + found, extents);
+  std::vector<std::string> files = longer.front()->files;
+  files.resize(wanted);
+  notes.push_back(fmt::format("More numbered images follow than the config's {} slices; they were left out.", wanted));
+  return files;
 }
 
-Arrangement arrange(const std::string& path, const std::optional<RunConfig>& config, Extents& extents,
-                    std::vector<std::string>& notes) {
+Arrangement arrange(const Request& request, const Extents& extents, std::vector<std::string>& notes) {
+  const std::string& path = request.path;
+  const Layout layout = parse_layout(request.reading.layout);
   const bool many = std::filesystem::is_directory(path) || !std::filesystem::exists(path);
   std::vector<std::string> files = many ? find_sequence(path) : std::vector<std::string>{path};
-  if (!config) {
-    extents = suggested_extents(files, notes);
-  } else if (!many && extents.num_slices() > 1) {  // the first of a sequence?
-    ImageReader reader(path);
-    std::vector<std::string> sequence = sequence_from_first(path);
-    if (reader.num_parts() == 1 && reader.shape(0).height == extents.height() && sequence.size() > 1) {
-      const std::size_t wanted = static_cast<std::size_t>(extents.num_slices());
-      if (sequence.size() > wanted) {
-        sequence.resize(wanted);
-        notes.push_back(
-            fmt::format("More numbered images follow than the config's {} slices; they were left out.", wanted));
-      }
-      files = std::move(sequence);
+  const ImageReader reader(files.front());
+  const ImageShape& shape = reader.shape(0);
+  const bool one_slice = shape.width == extents.width() && shape.height == extents.height() && reader.num_parts() == 1;
+  if (!many && extents.num_slices() > 1 && one_slice && layout.kind == Layout::Kind::found)
+    files = sequence_for(path, extents, notes);
+  return files.size() == 1 ? arrange_one(files.front(), reader, extents, layout, notes)
+                           : arrange_many(path, std::move(files), extents);
+}
+
+// Stored numbers as 0..1 (integers) or as they are (floats).
+double number_of(std::span<const std::byte> bytes, PixelType type, std::size_t index) {
+  switch (type) {
+    case PixelType::uint8:
+      return dequantise(std::to_integer<std::uint8_t>(bytes[index]), 8);
+    case PixelType::uint16: {
+      std::uint16_t b;
+      std::memcpy(&b, bytes.data() + 2 * index, sizeof b);
+      return dequantise(b, 16);
+    }
+    case PixelType::float32: {
+      float v;
+      std::memcpy(&v, bytes.data() + 4 * index, sizeof v);
+      return static_cast<double>(v);
     }
   }
-  return files.size() == 1 ? arrange_one(files.front(), extents, config) : arrange_many(path, std::move(files), config);
+  return 0;
 }
 
-// Channels of the texture for an image of these channels; UserError where the config's samples do not fit.
-int channels_to_take(const std::string& path, const ImageShape& shape, const std::optional<RunConfig>& config) {
-  const int wanted = config ? config_channels(*config) : 0;
-  if (wanted == 0) return shape.channels;
-  const bool fits = wanted == 1   ? true
-                    : wanted <= 3 ? shape.channels >= wanted && shape.channels <= 4
-                                  : shape.channels == wanted;
-  if (!fits)
-    throw UserError(path, fmt::format("{} channel{} ({}), but samples of the config have {}", shape.channels,
-                                      shape.channels == 1 ? "" : "s", to_string(shape.type), wanted));
-  return wanted;
-}
-
-// Stored numbers of one slice, interleaved with all channels of the image, as 0..1 (integers) or as they are (floats).
-class SliceDecoder {
- public:
-  explicit SliceDecoder(const ImageShape& shape) : shape_(shape) {}
-  double operator()(std::span<const std::byte> bytes, std::size_t index) const {
-    switch (shape_.type) {
-      case PixelType::uint8:
-        return dequantise(std::to_integer<std::uint8_t>(bytes[index]), 8);
-      case PixelType::uint16: {
-        std::uint16_t b;
-        std::memcpy(&b, bytes.data() + 2 * index, sizeof b);
-        return dequantise(b, 16);
-      }
-      case PixelType::float32: {
-        float v;
-        std::memcpy(&v, bytes.data() + 4 * index, sizeof v);
-        return static_cast<double>(v);
-      }
-    }
-    return 0;
-  }
-
- private:
-  ImageShape shape_;
-};
-
-// Without a config: grey stored as RGB, and an unused blue or alpha, are not channels of the sample.
-int channels_in_use(const Texture& texture) {
-  if (texture.channels < 2) return texture.channels;
-  const std::size_t cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
-  const auto equal = [&](std::size_t a, std::size_t b) {
-    for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
-      if (!std::equal(texture.slice(s) + a * cells, texture.slice(s) + (a + 1) * cells, texture.slice(s) + b * cells))
-        return false;
-    return true;
-  };
-  const auto constant = [&](std::size_t c) {
-    const float first = texture.slice(0)[c * cells];
-    for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
-      if (std::any_of(texture.slice(s) + c * cells, texture.slice(s) + (c + 1) * cells,
-                      [first](float v) { return v != first; }))
-        return false;
-    return true;
-  };
-  int used = texture.channels;
-  if (used == 4 && constant(3)) used = 3;
-  if (used == 2 && constant(1)) return 1;
-  if (used == 3 && equal(0, 1) && equal(0, 2)) return 1;
-  if (used == 3 && constant(2)) used = constant(1) ? 1 : 2;
-  return used;
-}
-
-Texture first_channels(const Texture& texture, int channels) {
-  Texture kept = make_texture(texture.extents, channels);
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
-    std::copy_n(texture.slice(s), kept.floats_per_slice(), kept.slice(s));
-  return kept;
-}
-
-void check_part(const std::string& path, const ImageShape& shape, const ImageShape& first, int height) {
-  if (shape.width != first.width || shape.channels != first.channels || shape.type != first.type ||
-      shape.height < height)
+void check_mate(const std::string& path, const ImageShape& shape, const ImageShape& first) {
+  if (shape.width != first.width || shape.height != first.height || shape.channels != first.channels ||
+      shape.type != first.type)
     throw UserError(path, fmt::format("{}, {} channels, {}; the images before have {}, {} channels, {}", size_of(shape),
                                       shape.channels, to_string(shape.type), size_of(first), first.channels,
                                       to_string(first.type)));
 }
 
-}  // namespace
+// Numbers of the file: 8 bits of a mantissa that three channels share.
+double step_of(const std::string& path, PixelType type) {
+  if (type == PixelType::uint8) return 1.0 / 256;
+  if (type == PixelType::uint16) return 1.0 / 65536;
+  return lower_case_extension(path) == ".hdr" ? 1.0 / 128 : 0;
+}
 
-TextureFile images(const std::string& path, const std::optional<RunConfig>& config) {
-  TextureFile file;
-  file.config = config;
-  Extents extents = config ? config->problem.extents : Extents();
-  const Arrangement arrangement = arrange(path, config, extents, file.notes);
-  const ImageShape first = ImageReader(arrangement.files.front()).shape(0);
-  const int height = narrow<int>(extents.height());
-  if (first.width != extents.width() || (arrangement.files.size() > 1 && first.height != height))
-    size_differs(arrangement.files.front(), size_of(first), *config);
-  const int channels = channels_to_take(arrangement.files.front(), first, config);
-  const ValueRange range = stored_range(config);
-  const SliceDecoder decode(first);
-  const std::size_t cells = static_cast<std::size_t>(extents.cells_per_slice());
-  file.texture = make_texture(extents, channels);
-  ImageShape one_slice = first;
-  one_slice.height = height;
-  std::vector<std::byte> bytes(one_slice.num_bytes());
-  std::optional<ImageReader> reader;
-  std::size_t opened = arrangement.files.size();
+// The rows of one band of slices, read once for all slices beside each other.
+class BandReader {
+ public:
+  BandReader(const std::vector<std::string>& files, int height) : files_(files), height_(height) {}
+
+  const std::vector<std::byte>& band(const Place& place) {
+    if (open_ && place.file == file_ && place.part == part_ && place.row == row_) return bytes_;
+    if (!open_ || place.file != file_) reader_.emplace(files_[place.file]);
+    const ImageShape& shape = reader_->shape(place.part);
+    if (!open_) first_ = shape;
+    check_mate(files_[place.file], shape, first_);
+    bytes_.resize(shape.num_bytes() / static_cast<std::size_t>(shape.height) * static_cast<std::size_t>(height_));
+    reader_->read_rows(place.part, place.row, height_, bytes_);
+    open_ = true;
+    file_ = place.file;
+    part_ = place.part;
+    row_ = place.row;
+    return bytes_;
+  }
+
+ private:
+  const std::vector<std::string>& files_;
+  int height_;
+  std::optional<ImageReader> reader_;
+  ImageShape first_;
+  bool open_ = false;
+  std::size_t file_ = 0;
+  int part_ = 0;
+  int row_ = 0;
+  std::vector<std::byte> bytes_;
+};
+
+void read_slices(const Arrangement& arrangement, const ImageShape& shape, Texture& texture) {
+  const std::size_t width = static_cast<std::size_t>(texture.extents.width());
+  const std::size_t height = static_cast<std::size_t>(texture.extents.height());
+  const std::size_t channels = static_cast<std::size_t>(shape.channels);
+  BandReader bands(arrangement.files, static_cast<int>(height));
   for (std::size_t s = 0; s < arrangement.slices.size(); ++s) {
     const Place& place = arrangement.slices[s];
-    if (place.file != opened) reader.emplace(arrangement.files[place.file]);
-    opened = place.file;
-    check_part(arrangement.files[opened], reader->shape(place.part), first, height);
-    reader->read_rows(place.part, place.row, height, bytes);
-    float* const slice = file.texture.slice(static_cast<SliceIndex>(s));
-    for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c)
-      for (std::size_t cell = 0; cell < cells; ++cell) {
-        const double stored = decode(bytes, cell * static_cast<std::size_t>(first.channels) + c);
-        slice[c * cells + cell] =
-            static_cast<float>(first.type == PixelType::float32 ? stored : from_unit(range, stored));
+    const std::vector<std::byte>& band = bands.band(place);
+    float* out = texture.slice(static_cast<SliceIndex>(s));
+    for (std::size_t c = 0; c < channels; ++c)
+      for (std::size_t y = 0; y < height; ++y) {
+        const std::size_t row = y * static_cast<std::size_t>(shape.width) + static_cast<std::size_t>(place.column);
+        for (std::size_t x = 0; x < width; ++x)
+          *out++ = static_cast<float>(number_of(band, shape.type, (row + x) * channels + c));
       }
   }
-  file.source = fmt::format("{}, {}", arrangement.kind, to_string(first.type));
-  if (first.type == PixelType::float32) decode_floats(file);
-  if (!config) {
-    const int used = channels_in_use(file.texture);
-    if (used < channels) file.texture = first_channels(file.texture, used);
+}
+
+std::vector<std::string> names_of(const ImageShape& shape) {
+  std::vector<std::string> names = shape.channel_names;
+  for (std::size_t c = names.size(); c < static_cast<std::size_t>(shape.channels); ++c)
+    names.push_back(std::to_string(c));
+  names.resize(static_cast<std::size_t>(shape.channels));
+  return names;
+}
+
+}  // namespace
+
+// As many slices as there are files or parts, else squares in a strip.
+Extents suggested_image_extents(const std::string& path, const TextureReading& reading,
+                                std::vector<std::string>& notes) {
+  const Layout layout = parse_layout(reading.layout);
+  const bool many = std::filesystem::is_directory(path) || !std::filesystem::exists(path);
+  const std::vector<std::string> files = many ? find_sequence(path) : std::vector<std::string>{path};
+  const ImageReader reader(files.front());
+  const ImageShape& shape = reader.shape(0);
+  const std::int64_t width = shape.width;
+  const std::int64_t height = shape.height;
+  const std::int64_t count = static_cast<std::int64_t>(files.size()) * reader.num_parts();
+  const auto extents = [](std::int64_t x, std::int64_t y, std::int64_t slices) {
+    return slices == 1 ? Extents({x, y}) : Extents({x, y, slices});
+  };
+  if (count > 1 || layout.kind == Layout::Kind::image) return extents(width, height, count);
+  if (layout.kind == Layout::Kind::atlas || layout.kind == Layout::Kind::atlas_down) {
+    if (width % layout.columns != 0 || height % layout.rows != 0)
+      throw UserError(path, fmt::format("{} cannot be divided by --layout {}", size_of(shape), reading.layout));
+    return extents(width / layout.columns, height / layout.rows, std::int64_t{layout.columns} * layout.rows);
   }
-  return file;
+  const bool is_strip = height % width == 0 && layout.kind != Layout::Kind::row;
+  const bool is_row = width % height == 0 && layout.kind != Layout::Kind::strip;
+  if ((layout.kind == Layout::Kind::strip && !is_strip) || (layout.kind == Layout::Kind::row && !is_row))
+    throw UserError(path,
+                    fmt::format("{} is no --layout {} of squares; give the size: --set \"texture.size={{ x = .., y "
+                                "= .., t = .. }}\"",
+                                size_of(shape), reading.layout));
+  if (is_row && width > height && layout.kind == Layout::Kind::found)
+    throw UserError(path, fmt::format("{} fit two readings: one image (--layout image), or {} slices of {} x {} beside "
+                                      "each other (--layout row)",
+                                      size_of(shape), width / height, height, height));
+  if (is_strip && height > width) {
+    notes.push_back(
+        fmt::format("The image was taken as a strip of {} slices of {} x {}.", height / width, width, width));
+    return extents(width, width, height / width);
+  }
+  return is_row && width > height ? extents(height, height, width / height) : extents(width, height, 1);
+}
+
+Stored images(const Request& request) {
+  Stored stored;
+  const Extents extents = request.config ? request.config->problem.extents
+                                         : suggested_image_extents(request.path, request.reading, stored.notes);
+  const Arrangement arrangement = arrange(request, extents, stored.notes);
+  const ImageReader first(arrangement.files.front());
+  const ImageShape shape = first.shape(0);
+  if (arrangement.files.size() > 1 &&
+      (shape.width != extents.width() || shape.height != extents.height() || first.num_parts() > 1))
+    size_differs(arrangement.files.front(), size_of(shape), extents, first.window(0));
+  if (!first.window(0).empty())
+    stored.notes.push_back(fmt::format("The image has a {}; the data window was taken.", first.window(0)));
+  stored.texture = make_texture(extents, shape.channels);
+  read_slices(arrangement, shape, stored.texture);
+  stored.channel_names = names_of(shape);
+  stored.step = step_of(arrangement.files.front(), shape.type);
+  stored.coding = shape.type == PixelType::float32 ? Stored::Coding::open : Stored::Coding::codes;
+  stored.source = fmt::format("{}, {}", arrangement.kind, to_string(shape.type));
+  return stored;
 }
 
 }  // namespace noiseloom::loaders

@@ -1,24 +1,71 @@
-// The loaders behind load_texture, one for each kind of file.
+// The loaders behind load_texture, one for each kind of file. Each gives the numbers as they are stored; interpret()
+// makes samples of them.
 #pragma once
 
+#include "noiseloom/core/number_type.h"
 #include "noiseloom/image/encoding.h"
 #include "noiseloom/image/texture_file.h"
 
 namespace noiseloom::loaders {
 
-TextureFile run_file(const std::string& path, const std::optional<RunConfig>& config);
-TextureFile images(const std::string& path, const std::optional<RunConfig>& config);
-TextureFile npy(const std::string& path, const std::optional<RunConfig>& config);
-TextureFile raw(const std::string& path, const std::optional<RunConfig>& config);
+struct Request {
+  std::string path;
+  std::optional<RunConfig> config;
+  TextureReading reading;
+};
+
+// The numbers of a file with all its channels.
+struct Stored {
+  enum class Coding {
+    codes,   // 0..1, which stand for the range of the samples
+    values,  // the values themselves
+    open     // floats: values, or 0..1 where none of a signed space is negative
+  };
+  Texture texture;
+  std::vector<std::string> channel_names;  // of every channel
+  Coding coding = Coding::open;
+  std::optional<ValueRange> range;  // of codes, where the file says it
+  double step = 0;                  // between neighbouring numbers; 0: floats
+  std::optional<RunConfig> config;  // that the file brings
+  std::string source;
+  std::vector<std::string> notes;
+};
+
+TextureFile run_file(const Request& request);
+Stored images(const Request& request);
+Stored npy(const Request& request);
+Stored raw(const Request& request);
+Stored hdf5_dataset(const Request& request);
+
+Extents suggested_image_extents(const std::string& path, const TextureReading& reading,
+                                std::vector<std::string>& notes);
+
+// An array as its file holds it, last dimension fastest.
+struct StoredArray {
+  std::vector<std::int64_t> shape;
+  std::vector<double> values;
+  NumberType type;
+};
+// Which dimension is which, found from the request's config and reading.
+Stored array_texture(const Request& request, const StoredArray& array);
+// The same for an array whose config leaves the size open. `channels`: 0 where that is open too.
+Extents suggested_array_extents(const std::string& path, const std::vector<std::int64_t>& shape, int channels,
+                                const TextureReading& reading);
+
+// The samples: chooses the channels, decodes, and says in notes what had to be assumed.
+TextureFile interpret(Stored stored, const Request& request);
 
 // Channels that samples of the config have; 0 where only the file knows.
 int config_channels(const RunConfig& config);
+int config_channels(const std::optional<RunConfig>& config);
+// Where samples of `wanted` channels (0: any number) may be taken from pixels of `found`.
+bool channels_fit(int found, int wanted);
 // What stored numbers 0..1 stand for.
 ValueRange stored_range(const std::optional<RunConfig>& config);
-// "128 x 128" of the config's slices and so on, for messages.
-std::string expected_size(const RunConfig& config);
-// Stored floats of a signed space are either the values themselves or, if none is negative, 0.5 + 0.5 v (images that
-// cannot hold negative numbers): decodes the latter and says so in `notes`.
-void decode_floats(TextureFile& file);
+// "3 slices of 128 x 128", for messages.
+std::string expected_size(const Extents& extents);
+
+// "[64, 128, 128]"
+std::string shape_text(const std::vector<std::int64_t>& shape);
 
 }  // namespace noiseloom::loaders

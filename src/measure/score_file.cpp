@@ -5,6 +5,7 @@
 #include "noiseloom/image/naming.h"
 #include "noiseloom/problem/footprint.h"
 #include "noiseloom/problem/score.h"
+#include "noiseloom/samples/sample_space.h"
 
 namespace noiseloom {
 namespace {
@@ -49,6 +50,22 @@ std::vector<FilterSpec> standard_filters(const Extents& extents) {
     filters.push_back(one_group({2}, kernel));
   }
   return filters;
+}
+
+std::optional<double> published_score(const SampleSpec& samples, const std::string& filter) {
+  // Measured by tests/bench/independent_score.py, which shares no code with this library.
+  static constexpr struct {
+    const char* samples;
+    const char* filter;
+    double relative_error;
+  } published[] = {{"uniform", "box 5 over xy", 0.1110},
+                   {"uniform", "gauss 1 over xy", 0.1221},
+                   {"uniform", "gauss 1.3435 over xy x ema 0.1 (rejection 0.1) over t", 0.0840},
+                   {"vector2", "gauss 1 over xy", 0.2263},
+                   {"hemisphere-cosine", "box 5 over xy", 0.3150}};
+  for (const auto& row : published)
+    if (samples.space == row.samples && filter == row.filter) return row.relative_error;
+  return std::nullopt;
 }
 
 double mean_distance_of(const Texture& texture, DistanceKind kind, ThreadPool& pool) {

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "noiseloom/files/npy.h"
 #include "problem/overlap.h"
 
 namespace noiseloom {
@@ -115,34 +114,35 @@ Overlap array_overlap(const Extents& extents, const std::vector<int>& axes, cons
 
 std::vector<Overlap> table_overlaps(const Extents& extents, const GroupSpec& group) {
   const std::string& file = group.kernel.file;
-  const NpyArray array = read_npy(file);
-  check_taps(file, array.values);
+  const InputArrayPtr array = group.kernel.array ? group.kernel.array : read_double_array(file);
+  const auto& taps = std::get<std::vector<double>>(array->values);
+  check_taps(file, taps);
   std::vector<Overlap> overlaps;
   // Taps are folded onto the texture first, so the shorter of both counts.
   const auto refuse_more = [&](std::int64_t count, std::int64_t most) {
     if (count <= most) return;
     refuse(file, fmt::format("{} taps within the texture; at most {} in {}", count, most,
-                             array.shape.size() == 1 ? "one dimension" : "several dimensions"));
+                             array->shape.size() == 1 ? "one dimension" : "several dimensions"));
   };
-  if (array.shape.size() == 1) {
-    for (const int axis : group.axes) refuse_more(std::min(array.shape[0], extents.size(axis)), most_taps_of_line);
+  if (array->shape.size() == 1) {
+    for (const int axis : group.axes) refuse_more(std::min(array->shape[0], extents.size(axis)), most_taps_of_line);
     for (const int axis : group.axes) {
-      overlaps.push_back(axis_overlap(extents, axis, ring_overlap(array.values, extents.size(axis))));
+      overlaps.push_back(axis_overlap(extents, axis, ring_overlap(taps, extents.size(axis))));
     }
     return overlaps;
   }
-  if (array.shape.size() != group.axes.size()) {
-    refuse(file, fmt::format("{} dimensions; a group of {} axes takes 1{}", array.shape.size(), group.axes.size(),
+  if (array->shape.size() != group.axes.size()) {
+    refuse(file, fmt::format("{} dimensions; a group of {} axes takes 1{}", array->shape.size(), group.axes.size(),
                              group.axes.size() > 1 ? fmt::format(" or {}", group.axes.size()) : ""));
   }
   std::vector<int> axes = group.axes;
   std::sort(axes.begin(), axes.end());
   std::int64_t count = 1;
   for (std::size_t k = 0; k < axes.size(); ++k) {
-    count *= std::min(array.shape[axes.size() - 1 - k], extents.size(axes[k]));
+    count *= std::min(array->shape[axes.size() - 1 - k], extents.size(axes[k]));
     refuse_more(count, most_taps_of_array);
   }
-  return {array_overlap(extents, axes, {array.shape.rbegin(), array.shape.rend()}, array.values)};
+  return {array_overlap(extents, axes, {array->shape.rbegin(), array->shape.rend()}, taps)};
 }
 
 }  // namespace noiseloom

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
+#include "noiseloom/config/stored_config.h"
 #include "noiseloom/files/digest.h"
 #include "run/checkpoint_parts.h"
 
@@ -41,6 +43,104 @@ constexpr auto visit_row = [](auto&& row, const auto& visit) {
   visit("seconds", row.seconds);
 };
 
+std::vector<SliceDataset> datasets_for(int channels, bool has_pdf) {
+  std::vector<SliceDataset> datasets = {{samples_name, ElementType::float32, channels, true},
+                                        {permutation_name, ElementType::uint32, 1, false}};
+  if (has_pdf) datasets.push_back({pdf_name, ElementType::float32, 1, false});
+  return datasets;
+}
+
+constexpr int most_channels = 8;
+
+// Of a list of samples only the file knows: then those of /samples, if they can be.
+int stored_channels(const RunFileContent& content, const RunConfig& config) {
+  if (!config.problem.samples.is_file()) return num_channels(config.problem.samples);
+  for (const SliceDataset& dataset : content.datasets) {
+    if (dataset.name == samples_name && dataset.channels >= 1 && dataset.channels <= most_channels) {
+      return dataset.channels;
+    }
+  }
+  return 1;
+}
+
+void check_progress(const SwapState& state, const RunConfig& config, ContentFaults& faults) {
+  const StopSpec& stop = config.optimizer.stop;
+  const bool finished = !state.finished.empty();
+  const auto require = [&](bool sound, const char* name, const auto& value, const char* must) {
+    faults.require(sound, fmt::format("/state/@{} = {}: {}", name, value, must));
+  };
+  const bool is_rule =
+      (state.finished == ended::by_iterations && stop.iterations > 0) ||
+      (state.finished == ended::by_time && stop.time_s > 0) || (state.finished == ended::by_score && stop.score > 0) ||
+      (state.finished == ended::out_of_reach && stop.score > 0) ||
+      (state.finished == ended::by_improvement && stop.improvement > 0) || state.finished == ended::nothing_to_swap;
+  require(!finished || is_rule, "finished", state.finished, "must be empty or the stop rule of its config");
+  const std::int64_t most_iterations = stop.iterations > 0 ? stop.iterations : std::int64_t{1} << 40;
+  const std::int64_t most_sweeps = stop.iterations > 0 ? stop.iterations : std::int64_t{1} << 31;
+  require(state.sweep >= 0 && state.sweep <= most_sweeps, "sweep", state.sweep,
+          "must be a number of sweeps that its stop rule can reach");
+  require(state.step >= 0 && state.step < config.problem.extents.num_slices() && (state.step == 0 || !finished), "step",
+          state.step, "must count the steps of a sweep that is under way");
+  require(state.iterations >= 0 && state.iterations <= most_iterations, "iterations", state.iterations,
+          "must be a number of iterations that its stop rule can reach");
+  require(state.scored_iterations >= 0 && state.scored_iterations <= state.iterations, "scored_iterations",
+          state.scored_iterations, "must be some of the iterations");
+  require(state.scored_step >= 0 && state.scored_step < config.problem.extents.num_slices(), "scored_step",
+          state.scored_step, "must be a step of a sweep");
+  // A visit makes at most a few dozen candidates for each pixel.
+  const double most_candidates = 64 * static_cast<double>(config.problem.extents.num_cells());
+  require(state.candidates >= 0 && static_cast<double>(state.candidates) <= most_candidates &&
+              (state.candidates == 0 || state.step > 0),
+          "candidates", state.candidates, "must be those of a sweep that is under way");
+  require(state.accepted >= 0 && state.accepted <= state.candidates, "accepted", state.accepted,
+          "must be some of the candidates");
+}
+
+void check_numbers(const SwapState& state, ContentFaults& faults) {
+  const auto require = [&](bool sound, const char* name, double value, const char* must) {
+    faults.require(sound, fmt::format("/state/@{} = {}: {}", name, value, must));
+  };
+  const auto positive_or_zero = [&](const char* name, double value) {
+    require(is_finite_positive_or_zero(value), name, value, "must be a finite number from 0 on");
+  };
+  positive_or_zero("temperature", state.temperature);
+  positive_or_zero("elapsed_s", state.elapsed_s);
+  positive_or_zero("mean_magnitude", state.mean_magnitude);
+  positive_or_zero("mean_distance", state.mean_distance);
+  require(state.fraction > 0 && state.fraction <= 1, "fraction", state.fraction, "must be above 0 and at most 1");
+  require(std::isfinite(state.relative_error), "relative_error", state.relative_error, "must be finite");
+  require(std::isfinite(state.round_score), "round_score", state.round_score, "must be finite");
+}
+
+void check_rows(const SwapState& state, const RunConfig& config, ContentFaults& faults) {
+  const StopSpec& stop = config.optimizer.stop;
+  const double most_iterations = stop.iterations > 0 ? static_cast<double>(stop.iterations) : 0x1p53;
+  double least_sweep = 0;
+  double least_iterations = 0;
+  for (std::size_t index = 0; index < state.history.size(); ++index) {
+    const HistoryRow& row = state.history[index];
+    const auto require = [&](bool sound, const char* column, double value, const char* must) {
+      faults.require(sound, fmt::format("/history/{}, row {} = {}: {}", column, index, value, must));
+    };
+    const bool first = index == 0;
+    require(is_count(row.sweep, least_sweep, first ? 0 : static_cast<double>(state.sweep)), "sweep", row.sweep,
+            "must count the sweeps from 0 on, each row more, up to those of /state");
+    require(is_count(row.iterations, least_iterations, first ? 0 : most_iterations), "iterations", row.iterations,
+            "must count the iterations from 0 on, each row more");
+    require(is_finite_positive_or_zero(row.temperature), "temperature", row.temperature,
+            "must be a finite number from 0 on");
+    require(row.acceptance >= 0 && row.acceptance <= 1, "acceptance", row.acceptance, "must be from 0 to 1");
+    require(std::isfinite(row.relative_error), "relative_error", row.relative_error, "must be finite");
+    require(is_finite_positive_or_zero(row.seconds), "seconds", row.seconds, "must be a finite number from 0 on");
+    least_sweep = row.sweep + 1;
+    least_iterations = row.iterations + 1;
+  }
+  const bool at_end = !state.history.empty() && state.history.back().sweep == static_cast<double>(state.sweep);
+  faults.require(state.finished.empty() || at_end,
+                 fmt::format("/state/@sweep = {}: the run is finished, so it must be that of the last row of /history",
+                             state.sweep));
+}
+
 std::vector<float> densities(const SampleSource& source, const std::vector<float>& samples) {
   const auto channels = static_cast<std::size_t>(source.channels());
   std::vector<float> pdf(samples.size() / channels);
@@ -67,16 +167,13 @@ std::string inputs_digest(const RunConfig& config) {
 }
 
 std::vector<SliceDataset> run_datasets(const SampleSource& source) {
-  std::vector<SliceDataset> datasets = {{samples_name, ElementType::float32, source.channels(), true},
-                                        {permutation_name, ElementType::uint32, 1, false}};
-  if (source.has_pdf()) datasets.push_back({pdf_name, ElementType::float32, 1, false});
-  return datasets;
+  return datasets_for(source.channels(), source.has_pdf());
 }
 
 std::string save_run(FileOps& ops, const std::string& path, const RunConfig& config, const SampleSource& source,
-                     SwapOptimizer& engine, const Communicator& communicator, const std::string& inputs,
+                     SwapOptimizer& engine, const Communicator& communicator,
                      const std::map<std::string, Attribute>& provenance) {
-  RunFileContent content = content_of(config, engine.state(), visit_state, visit_row, inputs, provenance);
+  RunFileContent content = content_of(config, engine.state(), visit_state, visit_row, provenance);
   content.datasets = run_datasets(source);
   const auto produce = [&](std::size_t dataset, SliceIndex slice, std::vector<std::byte>& block) {
     block.clear();
@@ -92,46 +189,134 @@ std::string save_run(FileOps& ops, const std::string& path, const RunConfig& con
   return publish_run(ops, path, content, engine.partition(), communicator, produce);
 }
 
-// Files of version 0.1.0 do not say where R was evaluated last: where the last row of the history is.
-SwapState engine_state(const RunFileContent& content) {
-  if (content.state.contains("scored_iterations")) return state_of<SwapState>(content, visit_state, visit_row);
-  RunFileContent completed = content;
-  double error = 0;
-  double iterations = 0;
-  for (const auto& [column, values] : content.history) {
-    if (column == "relative_error" && !values.empty()) error = values.back();
-    if (column == "iterations" && !values.empty()) iterations = values.back();
-  }
-  completed.state["relative_error"] = error;
-  completed.state["iterations"] = completed.state["scored_iterations"] = std::int64_t(iterations);
-  completed.state["scored_step"] = std::int64_t{0};
-  return state_of<SwapState>(completed, visit_state, visit_row);
+namespace {
+
+// Run files from before there were algorithm numbers have R in their history alone.
+RunFileContent with_last_score(RunFileContent content) {
+  if (content.state.contains("algorithm")) return content;
+  const auto last_of = [&](const char* name) {
+    for (const auto& [column, values] : content.history) {
+      if (column == name && !values.empty()) return values.back();
+    }
+    return 0.0;
+  };
+  const double iterations = last_of("iterations");
+  const bool counts = is_count(iterations, 0, 0x1p40);
+  content.state.emplace("relative_error", last_of("relative_error"));
+  content.state.emplace("iterations", counts ? static_cast<std::int64_t>(iterations) : 0);
+  content.state.emplace("scored_iterations", counts ? static_cast<std::int64_t>(iterations) : 0);
+  content.state.emplace("scored_step", std::int64_t{0});
+  return content;
 }
 
-void restore_run(const RunFileReader* file, const Extents& extents, SwapOptimizer& engine,
+}  // namespace
+
+SwapState engine_state(const RunFileContent& content, const std::string& path) {
+  const RunConfig config = stored_config(content, path);
+  SwapState state = state_of<SwapState>(with_last_score(content), path, visit_state, visit_row);
+  stored_algorithm(content, path);
+  ContentFaults faults(path);
+  faults.require(config.optimizer.method != Method::void_and_cluster, "has no /order, but its /config that method");
+  const bool has_pdf = std::any_of(content.datasets.begin(), content.datasets.end(),
+                                   [](const SliceDataset& dataset) { return dataset.name == pdf_name; });
+  check_datasets(content, datasets_for(stored_channels(content, config), has_pdf), faults);
+  check_progress(state, config, faults);
+  check_numbers(state, faults);
+  check_rows(state, config, faults);
+  faults.throw_if_any();
+  return state;
+}
+
+void check_permutations(const RunFileReader& file) {
+  const Extents& extents = file.content().extents;
+  std::vector<std::uint32_t> ids(static_cast<std::size_t>(extents.cells_per_slice()));
+  ContentFaults faults(file.path());
+  for (SliceIndex slice = 0; slice < extents.num_slices() && !faults.any(); ++slice) {
+    file.read_slice(file.dataset(permutation_name), slice, std::as_writable_bytes(std::span(ids)));
+    const std::string fault = permutation_fault(ids);
+    faults.require(fault.empty(), fmt::format("{}, slice {}: {}", permutation_name, slice, fault));
+  }
+  faults.throw_if_any();
+}
+
+namespace {
+
+// What only the engine of the config knows.
+void check_against(const SwapOptimizer& engine, const SwapState& state, const StopSpec& stop, const std::string& path) {
+  ContentFaults faults(path);
+  faults.require(state.step < engine.num_classes(),
+                 fmt::format("/state/@step = {}: a sweep has {} steps, from 0 on", state.step, engine.num_classes()));
+  const std::int64_t each = engine.iterations_per_sweep();
+  const auto iterations_at = [&](std::int64_t sweep) {
+    return stop.iterations > 0 ? std::min(sweep * each, stop.iterations) : sweep * each;
+  };
+  if (stop.iterations > 0) {
+    const bool over = iterations_at(state.sweep) >= stop.iterations;
+    faults.require(over == (state.finished == ended::by_iterations) || state.finished == ended::nothing_to_swap,
+                   fmt::format("/state/@sweep = {} of {} iterations, and the run is {}finished", state.sweep, each,
+                               state.finished.empty() ? "not " : ""));
+  }
+  for (const HistoryRow& row : state.history) {
+    const auto sweep = static_cast<std::int64_t>(row.sweep);
+    faults.require(row.iterations == static_cast<double>(iterations_at(sweep)),
+                   fmt::format("/history: {} iterations after {} sweeps, must be {}", row.iterations, sweep,
+                               iterations_at(sweep)));
+  }
+  faults.throw_if_any();
+}
+
+// Whether the run is over under a stop rule that may be another than the one it came to its end by: what the schedule
+// says of its last sweep.
+void move_end(SwapState& state, const StopSpec& now, std::int64_t iterations_per_sweep) {
+  if (state.finished.empty() || state.finished == ended::nothing_to_swap || state.sweep == 0 || now.time_s > 0) return;
+  const Schedule schedule(now, iterations_per_sweep);
+  const Moment last = schedule.moment(state.sweep - 1, 0);
+  double round_score = 0;  // R at the end of the round before
+  for (const HistoryRow& row : state.history) {
+    if (row.sweep <= static_cast<double>(state.sweep - last.round_length)) round_score = row.relative_error;
+  }
+  state.finished = schedule.ended_by(last, state.history.back().relative_error, round_score);
+}
+
+SwapState checked_state(const RunFileReader& file, const RunConfig& config, const SwapOptimizer& engine) {
+  const RunFileContent& content = file.content();
+  SwapState state = engine_state(content, file.path());
+  const StopSpec stop = stored_config(content, file.path()).optimizer.stop;
+  check_against(engine, state, stop, file.path());
+  const StopSpec& now = config.optimizer.stop;
+  const bool moved =
+      stop.iterations != now.iterations || stop.score != now.score || stop.improvement != now.improvement;
+  if (moved) move_end(state, now, engine.iterations_per_sweep());
+  if (state.finished.empty()) require_same_algorithm(content, config.optimizer.method, file.path());
+  return state;
+}
+
+}  // namespace
+
+void restore_run(const RunFileReader* file, const RunConfig& config, SwapOptimizer& engine,
                  const Communicator& communicator) {
   SwapState state;
-  int samples = -1;
-  int permutation = -1;
+  std::string path;
   communicator.on_root([&] {
-    state = engine_state(file->content());
-    samples = file->dataset(samples_name);
-    permutation = file->dataset(permutation_name);
-    if (samples < 0 || permutation < 0) throw UserError("", "the run file lacks /samples or /state/permutation");
+    path = file->path();
+    state = checked_state(*file, config, engine);
   });
+  communicator.broadcast(path);
   broadcast_state(state, visit_state, communicator);
 
+  const Extents& extents = config.problem.extents;
   const auto cells = static_cast<std::size_t>(extents.cells_per_slice());
   const Partition& partition = engine.partition();
   std::vector<SliceIndex> wanted = engine.slices_held();
   std::sort(wanted.begin(), wanted.end());
   std::map<SliceIndex, std::vector<std::uint32_t>> permutations;
   std::map<SliceIndex, std::vector<std::byte>> stored;
+  ContentFaults faults(path);
   const auto produce = [&](SliceIndex slice, std::vector<std::byte>& block) {
-    const auto& datasets = file->content().datasets;
-    const std::size_t size = bytes_per_slice(datasets[static_cast<std::size_t>(samples)], extents);
+    const int samples = file->dataset(samples_name);
+    const std::size_t size = bytes_per_slice(file->content().datasets[static_cast<std::size_t>(samples)], extents);
     block.resize(cells * sizeof(std::uint32_t) + size);
-    file->read_slice(permutation, slice, std::span(block).first(cells * sizeof(std::uint32_t)));
+    file->read_slice(file->dataset(permutation_name), slice, std::span(block).first(cells * sizeof(std::uint32_t)));
     file->read_slice(samples, slice, std::span(block).last(size));
   };
   const auto consume = [&](SliceIndex slice, std::span<const std::byte> block) {
@@ -139,20 +324,23 @@ void restore_run(const RunFileReader* file, const Extents& extents, SwapOptimize
     std::vector<std::uint32_t>& ids = permutations[slice];
     ids.resize(cells);
     std::memcpy(ids.data(), block.data(), cells * sizeof(std::uint32_t));
+    const std::string fault = permutation_fault(ids);
+    faults.require(fault.empty(), fmt::format("{}, slice {}: {}", permutation_name, slice, fault));
     if (own)
       stored[slice].assign(block.begin() + static_cast<std::ptrdiff_t>(cells * sizeof(std::uint32_t)), block.end());
   };
   communicator.stream_from_root(wanted, produce, consume);
+  communicator.together([&] { faults.throw_if_any(); });
   engine.restore(state, [&](SliceIndex slice) { return permutations.at(slice); });
   communicator.together([&] {
     for (const auto& [slice, expected] : stored) {
       const std::vector<float> found = engine.samples(slice);
       if (expected.size() != found.size() * sizeof(float) ||
           std::memcmp(expected.data(), found.data(), expected.size()) != 0) {
-        throw UserError(
-            "", fmt::format("slice {}: the stored samples are not those that the config yields now; has a sample "
-                            "file changed, or the program's version?",
-                            slice));
+        throw UserError(path,
+                        fmt::format("slice {}: the stored samples are not those that the config yields now; has a "
+                                    "sample file changed, or the program's version?",
+                                    slice));
       }
     }
   });

@@ -1,11 +1,15 @@
-// What the checkpoints of all methods share: fields named once for storing, loading and telling the other ranks, and
-// the publication of a run file whose slices come from all ranks.
+// What the checkpoints of all methods share: fields named once for storing, loading and telling the other ranks, the
+// checks of what comes back, and the publication of a run file whose slices come from all ranks.
+//
+// Right digests say that a file holds what was written, not that it makes sense: another program may have written it,
+// or a person. So every number is checked before it is used.
 //
 // A `visit` is a generic function visit(object, f) that calls f(name, field) for every field of the object.
 #pragma once
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <functional>
@@ -16,6 +20,7 @@
 #include <vector>
 
 #include "noiseloom/config/config.h"
+#include "noiseloom/config/inputs.h"
 #include "noiseloom/dist/communicator.h"
 #include "noiseloom/files/run_file.h"
 
@@ -23,16 +28,48 @@ namespace noiseloom {
 
 inline const char* const samples_name = "/samples";
 
+// The number of the algorithm that this program has for a method (anneal/swap_optimizer.h,
+// construct/void_and_cluster.h).
+std::int64_t algorithm_of(Method method);
+// Throws UserError, saying what to do, for a run that another algorithm has begun.
+void require_same_algorithm(const RunFileContent& content, Method method, const std::string& path);
+
+// Collects what is wrong with the contents of one run file.
+class ContentFaults {
+ public:
+  explicit ContentFaults(std::string path) : path_(std::move(path)) {}
+  // `text` says what was found and what can be: "/state/@step = 1000: ...". Only the first few are kept.
+  void require(bool sound, const std::string& text) {
+    if (!sound && faults_.size() < most_) faults_.push_back({path_, text});
+  }
+  bool any() const { return !faults_.empty(); }
+  void throw_if_any();
+
+ private:
+  static constexpr std::size_t most_ = 10;
+  std::string path_;
+  std::vector<Fault> faults_;
+};
+
+// That the file has these datasets, of these types.
+void check_datasets(const RunFileContent& content, const std::vector<SliceDataset>& expected, ContentFaults& faults);
+// Whole, at least `least`, not more than `most` and exact: what a double of /history must be where it counts something.
+bool is_count(double value, double least, double most);
+// A number that is not below zero: neither NaN nor infinite.
+bool is_finite_positive_or_zero(double value);
+// Fault of a slice of /state/permutation: "" where it holds each of 0 .. size - 1 once.
+std::string permutation_fault(std::span<const std::uint32_t> ids);
+
 // With the state and history of a run. Fields are integers of 64 bits, double or text; those of a row double.
 template <class State, class VisitState, class VisitRow>
 RunFileContent content_of(const RunConfig& config, const State& state, const VisitState& visit_state,
-                          const VisitRow& visit_row, const std::string& inputs,
-                          const std::map<std::string, Attribute>& provenance) {
+                          const VisitRow& visit_row, const std::map<std::string, Attribute>& provenance) {
   RunFileContent content;
   content.extents = config.problem.extents;
   content.config = to_toml(config);
   visit_state(state, [&](const char* name, const auto& value) { content.state[name] = value; });
-  content.state["inputs"] = inputs;
+  content.state["algorithm"] = algorithm_of(config.optimizer.method);
+  content.inputs = inputs_of(config);
   using Row = typename decltype(state.history)::value_type;
   visit_row(Row{}, [&](const char* name, double) { content.history.push_back({name, {}}); });
   for (const Row& row : state.history) {
@@ -43,28 +80,39 @@ RunFileContent content_of(const RunConfig& config, const State& state, const Vis
   return content;
 }
 
-// The other way. Throws UserError for a file that lacks a field.
+// The other way. Throws UserError, with the path, for a file that lacks a field or a column.
 template <class State, class VisitState, class VisitRow>
-State state_of(const RunFileContent& content, const VisitState& visit_state, const VisitRow& visit_row) {
+State state_of(const RunFileContent& content, const std::string& path, const VisitState& visit_state,
+               const VisitRow& visit_row) {
   State state;
+  ContentFaults faults(path);
   visit_state(state, [&](const char* name, auto& value) {
     const auto found = content.state.find(name);
     using Value = std::decay_t<decltype(value)>;
-    if (found == content.state.end() || !std::holds_alternative<Value>(found->second)) {
-      throw UserError("", fmt::format("/state has no usable attribute \"{}\"; not written by generate", name));
-    }
-    value = std::get<Value>(found->second);
+    const bool usable = found != content.state.end() && std::holds_alternative<Value>(found->second);
+    faults.require(usable, fmt::format("/state has no usable attribute \"{}\"", name));
+    if (usable) value = std::get<Value>(found->second);
   });
-  for (const auto& stored : content.history) {
-    const std::string& column = stored.first;  // no binding, which clang 14 cannot capture
-    const std::vector<double>& values = stored.second;
-    state.history.resize(values.size());
-    for (std::size_t row = 0; row < values.size(); ++row) {
-      visit_row(state.history[row], [&](const char* name, double& value) {
-        if (column == name) value = values[row];
+  using Row = typename decltype(state.history)::value_type;
+  const std::size_t rows = content.history.empty() ? 0 : content.history.front().second.size();
+  state.history.resize(rows);
+  faults.require(rows > 0, "/history has no rows; a run has one from its start on");
+  visit_row(Row{}, [&](const char* name, double) {
+    const auto column = std::find_if(content.history.begin(), content.history.end(),
+                                     [&](const auto& stored) { return stored.first == name; });
+    if (column == content.history.end()) return faults.require(false, fmt::format("/history/{}: missing", name));
+    const std::vector<double>& values = column->second;
+    if (values.size() != rows) {
+      return faults.require(false, fmt::format("/history/{}: {} rows, but /history/{} has {}", name, values.size(),
+                                               content.history.front().first, rows));
+    }
+    for (std::size_t row = 0; row < rows; ++row) {
+      visit_row(state.history[row], [&](const char* field, double& value) {
+        if (std::strcmp(field, name) == 0) value = values[row];
       });
     }
-  }
+  });
+  faults.throw_if_any();
   return state;
 }
 

@@ -11,11 +11,14 @@
 #include <memory>
 
 #include "noiseloom/config/config.h"
+#include "noiseloom/config/inputs.h"
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/core/quantity_text.h"
 #include "noiseloom/files/output_probe.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom/run/job.h"
+#include "noiseloom/run/resume.h"
+#include "noiseloom/run/shared_inputs.h"
 #include "noiseloom/run/stop_signals.h"
 #include "run/memory_words.h"
 #include "run/output.h"
@@ -41,6 +44,7 @@ class Generation {
  private:
   void load();
   void claim_output();
+  void take_inputs();
   void read_provenance();
   void probe() const;
   void take_up();
@@ -65,7 +69,6 @@ class Generation {
   NewestGeneration saved_;  // rank 0, until it is restored
   std::unique_ptr<ThreadPool> pool_;
   int threads_ = 1;
-  std::string inputs_;
   bool resumed_ = false;
   std::string stored_checksum_;  // of the run that was resumed
   double earlier_s_ = 0;         // that the earlier parts of the run took
@@ -84,19 +87,17 @@ void Generation::load() {
         faults.insert(faults.end(), error.faults().begin(), error.faults().end());
       }
     };
-    collecting([&] { text = to_toml(load_config(request_.config, request_.overrides)); });
+    // A run that goes on has in its run file what it was made from.
+    const bool goes_on = request_.resume && (std::filesystem::exists(request_.output) ||
+                                             std::filesystem::exists(previous_generation(request_.output)));
+    const MissingFiles missing = goes_on ? MissingFiles::accepted : MissingFiles::refused;
+    collecting([&] { text = to_toml(load_config(request_.config, request_.overrides, missing)); });
     collecting([&] { refuse_unfit_output(request_.output); });
     throw_if_any(std::move(faults));
   });
   communicator_.broadcast(text);
   const std::string folder = std::filesystem::path(request_.config).parent_path().string();
-  communicator_.together([&] {
-    naming_shortage("reading the config and the files that it names", [&] {
-      config_ = parse_config(text, request_.config, folder, {});
-      job_ = make_job(config_);
-    });
-  });
-  communicator_.on_root([&] { inputs_ = inputs_digest(config_); });
+  communicator_.together([&] { config_ = parse_config(text, request_.config, folder, {}, MissingFiles::accepted); });
 }
 
 void Generation::claim_output() {
@@ -110,13 +111,27 @@ void Generation::claim_output() {
     if (request_.resume) {
       saved_ = open_saved_run(path, progress_);
       if (!saved_.reader) return;
-      refuse_other_config(*saved_.reader, path, to_toml(config_), inputs_);
+      throw_if_any(resume_faults(*saved_.reader, config_));
       read_provenance();
     } else if (!request_.overwrite) {
       refuse_existing_output(path);
     }
   });
   resumed_ = communicator_.any_bits(saved_.reader ? 1U : 0U) != 0;
+}
+
+// The files that the config names, as all ranks work from them; then the job, which checks them.
+void Generation::take_inputs() {
+  naming_shortage("reading the files that the config names",
+                  [&] { share_inputs(config_, saved_.reader.get(), communicator_); });
+  communicator_.together(
+      [&] { naming_shortage("reading the files that the config names", [&] { job_ = make_job(config_); }); });
+  if (!communicator_.is_root()) return;
+  for (const std::string& note : notes_on_inputs(config_)) progress_.warn(note);
+  if (!saved_.reader) return;
+  for (const std::string& file : changed_inputs(config_)) {
+    progress_.warn(fmt::format("{} has changed since the run began; it goes on with what it began with", file));
+  }
 }
 
 void Generation::read_provenance() {
@@ -197,7 +212,7 @@ std::string Generation::save(SaveMoment moment) {
   });
   communicator_.broadcast(lost);
   if (!lost.empty()) throw OutputLost(lost);
-  const SaveTarget target{request_.output, inputs_, provenance()};
+  const SaveTarget target{request_.output, provenance()};
   return moment == SaveMoment::stop ? job_->save_at_stop(target) : job_->save(target);
 }
 
@@ -253,6 +268,7 @@ std::vector<std::pair<std::string, std::string>> Generation::summary(const std::
 GenerateResult Generation::run() {
   load();
   claim_output();
+  take_inputs();
   if (asked_to_stop()) return stopped_before_start();
   take_up();
   if (asked_to_stop()) return stopped_before_start();

@@ -44,8 +44,7 @@ class OrderJob : public Job {
   void step(double run_s) override;
   bool finished() const override { return run_->done(); }
   std::string save(const SaveTarget& target) override {
-    return save_order_run(posix_file_ops(), target.path, config_, *run_, history_, *communicator_, target.inputs,
-                          target.provenance);
+    return save_order_run(posix_file_ops(), target.path, config_, *run_, history_, *communicator_, target.provenance);
   }
 
   std::vector<SliceDataset> datasets() const override { return order_run_datasets(run_->wide()); }

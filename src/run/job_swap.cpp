@@ -31,14 +31,11 @@ class SwapJob : public Job {
     });
   }
   void start(double) override { optimizer_->start(); }
-  void restore(const RunFileReader* saved) override {
-    restore_run(saved, config_.problem.extents, *optimizer_, *communicator_);
-  }
+  void restore(const RunFileReader* saved) override { restore_run(saved, config_, *optimizer_, *communicator_); }
   void step(double run_s) override { optimizer_->step(run_s); }
   bool finished() const override { return optimizer_->finished(); }
   std::string save(const SaveTarget& target) override {
-    return save_run(posix_file_ops(), target.path, config_, source_, *optimizer_, *communicator_, target.inputs,
-                    target.provenance);
+    return save_run(posix_file_ops(), target.path, config_, source_, *optimizer_, *communicator_, target.provenance);
   }
 
   // R at the stop belongs into the file. Where it takes long, what a second signal could destroy is saved first.

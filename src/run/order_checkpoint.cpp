@@ -6,14 +6,15 @@
 #include <cstring>
 #include <numeric>
 
+#include "noiseloom/config/stored_config.h"
 #include "noiseloom/construct/order_samples.h"
+#include "noiseloom/run/checkpoint.h"
 #include "run/checkpoint_parts.h"
 
 namespace noiseloom {
 namespace {
 
 constexpr const char* phase_names[] = {"swap", "drain", "fill", "done"};
-constexpr double phase_numbers[] = {0, 1, 2, 3};
 
 constexpr auto visit_state = [](auto& state, const auto& visit) {
   visit("phase", state.phase);
@@ -36,6 +37,7 @@ struct Census {
   std::int64_t num_on = 0;
   std::int64_t num_ranked = 0;
   std::uint64_t rank_sum = 0;
+  std::uint64_t largest = 0;  // of the ranks
 
   static std::uint64_t mixed(std::uint64_t rank) {  // the finalizer of SplitMix64
     std::uint64_t z = rank + 0x9E3779B97F4A7C15U;
@@ -54,11 +56,19 @@ struct Census {
       if (rank >= on) continue;
       ++num_ranked;
       rank_sum += mixed(rank);
+      largest = std::max<std::uint64_t>(largest, rank);
+    }
+  }
+  void add(std::span<const std::byte> bytes, ElementType type) {
+    if (type == ElementType::uint64) {
+      add<std::uint64_t>(bytes);
+    } else {
+      add<std::uint32_t>(bytes);
     }
   }
 
   static Census of_ranks(std::int64_t begin, std::int64_t end, std::int64_t num_on) {
-    Census census{num_on, end - begin, 0};
+    Census census{num_on, end - begin, 0, begin < end ? static_cast<std::uint64_t>(end - 1) : 0};
     for (std::int64_t rank = begin; rank < end; ++rank) census.rank_sum += mixed(static_cast<std::uint64_t>(rank));
     return census;
   }
@@ -72,18 +82,21 @@ Census expected_census(const OrderState& state) {
   return Census::of_ranks(state.start_points - state.ranked, state.start_points, state.start_points - state.ranked);
 }
 
-VacPhase phase_of(const OrderState& state) {
+VacPhase phase_of(const OrderState& state, const std::string& path) {
   const auto found = std::find(std::begin(phase_names), std::end(phase_names), state.phase);
   if (found == std::end(phase_names)) {
-    throw UserError("", fmt::format("/state: phase \"{}\" is none of void and cluster", state.phase));
+    throw UserError(path, fmt::format("/state: phase \"{}\" is none of void and cluster", state.phase));
   }
   return static_cast<VacPhase>(found - std::begin(phase_names));
 }
 
-void check_counts(const OrderState& state, std::int64_t num_pixels) {
-  const VacPhase phase = phase_of(state);
+// More swaps than a double of /history can count no run makes.
+constexpr std::int64_t most_swaps = std::int64_t{1} << 53;
+
+void check_counts(const OrderState& state, std::int64_t num_pixels, const std::string& path) {
+  const VacPhase phase = phase_of(state, path);
   const std::int64_t points = state.start_points;
-  bool sound = points >= 0 && points <= num_pixels && state.swaps >= 0;
+  bool sound = points >= 0 && points <= num_pixels && state.swaps >= 0 && state.swaps <= most_swaps;
   switch (phase) {
     case VacPhase::swap:
       sound = sound && state.ranked == 0;
@@ -98,12 +111,65 @@ void check_counts(const OrderState& state, std::int64_t num_pixels) {
       sound = sound && state.ranked == num_pixels;
       break;
   }
-  if (!sound || state.finished.empty() != (phase != VacPhase::done)) {
-    throw UserError("", fmt::format("/state: phase {}, {} start points, {} swaps, {} of {} pixels ranked{}: no run has "
-                                    "this",
-                                    state.phase, points, state.swaps, state.ranked, num_pixels,
-                                    state.finished.empty() ? "" : ", finished"));
+  if (!sound || state.finished != (phase == VacPhase::done ? "order" : "")) {
+    throw UserError(path, fmt::format("/state: phase {}, {} start points, {} swaps, {} of {} pixels ranked, finished "
+                                      "\"{}\": no run has this",
+                                      state.phase, points, state.swaps, state.ranked, num_pixels, state.finished));
   }
+}
+
+void check_rows(const OrderState& state, const std::string& path) {
+  ContentFaults faults(path);
+  OrderRow least;
+  for (std::size_t index = 0; index < state.history.size(); ++index) {
+    const OrderRow& row = state.history[index];
+    const auto require = [&](bool sound, const char* column, double value, const char* must) {
+      faults.require(sound, fmt::format("/history/{}, row {} = {}: {}", column, index, value, must));
+    };
+    require(is_count(row.phase, least.phase, static_cast<double>(phase_of(state, path))), "phase", row.phase,
+            "must be a phase of void and cluster, each row the same or a later one, up to that of /state");
+    require(is_count(row.swaps, least.swaps, static_cast<double>(state.swaps)), "swaps", row.swaps,
+            "must count the swaps, never falling, up to those of /state");
+    require(is_count(row.ranked, least.ranked, static_cast<double>(state.ranked)), "ranked", row.ranked,
+            "must count the ranked pixels, never falling, up to those of /state");
+    require(is_finite_positive_or_zero(row.seconds), "seconds", row.seconds, "must be a finite number from 0 on");
+    least = row;
+  }
+  faults.throw_if_any();
+}
+
+// As VoidAndCluster::wide.
+ElementType order_type(const Extents& extents) {
+  return extents.num_cells() > std::int64_t{0xFFFFFFFE} ? ElementType::uint64 : ElementType::uint32;
+}
+
+std::vector<SliceDataset> datasets_for(const Extents& extents) {
+  return order_run_datasets(order_type(extents) == ElementType::uint64);
+}
+
+// Of all slices, one after the other.
+Census census_of(const RunFileReader& file) {
+  const int order = file.dataset(order_name);
+  const RunFileContent& content = file.content();
+  std::vector<std::byte> slice(bytes_per_slice(content.datasets[static_cast<std::size_t>(order)], content.extents));
+  Census census;
+  for (SliceIndex s = 0; s < content.extents.num_slices(); ++s) {
+    file.read_slice(order, s, slice);
+    census.add(slice, order_type(content.extents));
+  }
+  return census;
+}
+
+void check_census(const Census& census, const OrderState& state, const std::string& path) {
+  const Census expected = expected_census(state);
+  if (census == expected) return;
+  throw UserError(
+      path,
+      fmt::format(
+          "/order does not fit /state: it has {} pixels with a rank and {} that are on, expected {} and "
+          "{}{}; the file was not written by generate",
+          census.num_ranked, census.num_on, expected.num_ranked, expected.num_on,
+          census.num_ranked == expected.num_ranked && census.num_on == expected.num_on ? ", and every rank once" : ""));
 }
 
 }  // namespace
@@ -132,16 +198,26 @@ void add_order_rows(const VacProgress& before, const VacProgress& after, std::in
   if (ended(VacPhase::fill)) add(VacPhase::done, after.num_swaps, num_pixels);
 }
 
-OrderState order_state(const RunFileContent& content) {
-  OrderState state = state_of<OrderState>(content, visit_state, visit_row);
-  check_counts(state, content.extents.num_cells());
-  for (const OrderRow& row : state.history) {
-    const auto is_phase = [&](double phase) { return row.phase == phase; };
-    if (std::none_of(std::begin(phase_numbers), std::end(phase_numbers), is_phase)) {
-      throw UserError("", fmt::format("/history/phase: {} is no phase of void and cluster", row.phase));
-    }
+OrderState order_state(const RunFileContent& content, const std::string& path) {
+  const RunConfig config = stored_config(content, path);
+  OrderState state = state_of<OrderState>(content, path, visit_state, visit_row);
+  stored_algorithm(content, path);
+  ContentFaults faults(path);
+  faults.require(config.optimizer.method == Method::void_and_cluster, "has an /order, but its /config another method");
+  check_datasets(content, datasets_for(content.extents), faults);
+  faults.throw_if_any();
+  check_counts(state, content.extents.num_cells(), path);
+  const std::int64_t points = vac_num_start_points(vac_spec(config));
+  if (state.start_points != points) {
+    throw UserError(path,
+                    fmt::format("/state has {} start points, but the config asks for {}", state.start_points, points));
   }
+  check_rows(state, path);
   return state;
+}
+
+void check_order(const RunFileReader& file, const OrderState& state) {
+  check_census(census_of(file), state, file.path());
 }
 
 std::vector<SliceDataset> order_run_datasets(bool wide) {
@@ -151,7 +227,7 @@ std::vector<SliceDataset> order_run_datasets(bool wide) {
 
 std::string save_order_run(FileOps& ops, const std::string& path, const RunConfig& config, const VoidAndCluster& run,
                            const std::vector<OrderRow>& history, const Communicator& communicator,
-                           const std::string& inputs, const std::map<std::string, Attribute>& provenance) {
+                           const std::map<std::string, Attribute>& provenance) {
   const VacProgress& progress = run.progress();
   const OrderState state{.phase = vac_phase_name(progress.phase),
                          .start_points = progress.num_start_points,
@@ -159,7 +235,7 @@ std::string save_order_run(FileOps& ops, const std::string& path, const RunConfi
                          .ranked = progress.num_ranked,
                          .finished = run.done() ? "order" : "",
                          .history = history};
-  RunFileContent content = content_of(config, state, visit_state, visit_row, inputs, provenance);
+  RunFileContent content = content_of(config, state, visit_state, visit_row, provenance);
   content.datasets = order_run_datasets(run.wide());
   const auto produce = [&](std::size_t dataset, SliceIndex slice, std::vector<std::byte>& block) {
     block = run.order(slice);
@@ -175,33 +251,19 @@ std::vector<OrderRow> restore_order_run(const RunFileReader* file, const RunConf
                                         const Communicator& communicator) {
   const Extents& extents = config.problem.extents;
   OrderState state;
-  int order = -1;
   communicator.on_root([&] {
-    state = order_state(file->content());
-    order = file->dataset(order_name);
-    const ElementType type = run.wide() ? ElementType::uint64 : ElementType::uint32;
-    if (order < 0 || file->content().datasets[static_cast<std::size_t>(order)].type != type) {
-      throw UserError("", "the run file has no /order, or one of another type than the texture asks for");
-    }
-    const std::int64_t points = vac_num_start_points(vac_spec(config));
-    if (state.start_points != points) {
-      throw UserError(
-          "", fmt::format("/state has {} start points, but the config asks for {}", state.start_points, points));
-    }
+    state = order_state(file->content(), file->path());
+    if (state.finished.empty()) require_same_algorithm(file->content(), config.optimizer.method, file->path());
   });
   broadcast_state(state, visit_state, communicator);
 
   Census census;
   std::map<SliceIndex, std::vector<std::byte>> own;
   const auto produce = [&](SliceIndex slice, std::vector<std::byte>& block) {
-    const SliceDataset& dataset = file->content().datasets[static_cast<std::size_t>(order)];
-    block.resize(bytes_per_slice(dataset, extents));
+    const int order = file->dataset(order_name);
+    block.resize(bytes_per_slice(file->content().datasets[static_cast<std::size_t>(order)], extents));
     file->read_slice(order, slice, block);
-    if (run.wide()) {
-      census.add<std::uint64_t>(block);
-    } else {
-      census.add<std::uint32_t>(block);
-    }
+    census.add(block, order_type(extents));
   };
   const auto consume = [&](SliceIndex slice, std::span<const std::byte> block) {
     own[slice].assign(block.begin(), block.end());
@@ -209,17 +271,9 @@ std::vector<OrderRow> restore_order_run(const RunFileReader* file, const RunConf
   std::vector<SliceIndex> wanted(static_cast<std::size_t>(run.partition().count(communicator.rank())));
   std::iota(wanted.begin(), wanted.end(), run.partition().begin(communicator.rank()));
   communicator.stream_from_root(wanted, produce, consume);
-  communicator.on_root([&] {
-    const Census expected = expected_census(state);
-    if (census == expected) return;
-    throw UserError("", fmt::format("/order does not fit /state: it has {} pixels with a rank and {} that are on, "
-                                    "expected {} and {}{}; the file was not written by generate",
-                                    census.num_ranked, census.num_on, expected.num_ranked, expected.num_on,
-                                    census.num_ranked == expected.num_ranked && census.num_on == expected.num_on
-                                        ? ", and every rank once"
-                                        : ""));
-  });
-  run.restore({phase_of(state), state.start_points, state.swaps, state.ranked},
+  // The whole order is needed to judge it, and passes through rank 0.
+  communicator.on_root([&] { check_census(census, state, file->path()); });
+  run.restore({phase_of(state, ""), state.start_points, state.swaps, state.ranked},
               [&](SliceIndex slice) { return std::move(own.at(slice)); });
   return state.history;
 }

@@ -98,20 +98,4 @@ NewestGeneration open_saved_run(const std::string& path, Progress& progress) {
   return newest;
 }
 
-void refuse_other_config(const RunFileReader& reader, const std::string& path, const std::string& effective_config,
-                         const std::string& inputs) {
-  std::vector<Fault> faults;
-  const auto stored = reader.content().state.find("inputs");
-  if (stored != reader.content().state.end() && stored->second != Attribute(inputs)) {
-    faults.push_back({path, "a file that the config names (samples or filter table) has changed since"});
-  }
-  for (const std::string& line : config_differences(reader.content().config, effective_config)) {
-    faults.push_back({path, line});
-  }
-  if (faults.empty()) return;
-  faults.push_back(
-      {path, "made from another config; resume with that one (noiseloom info shows it), or choose another output"});
-  throw UserError(faults);
-}
-
 }  // namespace noiseloom

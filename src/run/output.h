@@ -24,11 +24,6 @@ std::unique_ptr<RunLock> lock_output(const std::string& path, int ranks, Progres
 // The newest good generation to go on from, if there is one; what happens otherwise, and which one it is, is said.
 NewestGeneration open_saved_run(const std::string& path, Progress& progress);
 
-// Throws UserError listing what differs between the config (and the contents of the files that it names) of a saved
-// run and the present ones.
-void refuse_other_config(const RunFileReader& reader, const std::string& path, const std::string& effective_config,
-                         const std::string& inputs);
-
 // A sentence for a process that MPI takes for the only one although its launcher started several; empty otherwise.
 std::string launcher_mismatch(int ranks);
 

@@ -30,7 +30,7 @@ RunPlan plan_basis(const RunConfig& config, const PlanRequest& request) {
   const Extents& extents = config.problem.extents;
   RunPlan plan;
   plan.texture = extents.to_string();
-  plan.samples = sample_space_name(config.problem.samples);
+  plan.samples = config.problem.samples.space;
   plan.pixels = extents.num_cells();
   plan.num_slices = extents.num_slices();
   plan.request = request;

@@ -32,7 +32,7 @@ std::int64_t round_up(std::int64_t n, std::int64_t multiple) { return (n + multi
 double mover_bytes(const SwapSizes& sizes, const FilterOutline& judged) {
   const double cells = as_double(sizes.tile.width * sizes.tile.height);
   const double floats = as_double(sizes.tile.num_floats());
-  double bytes = 4 * 2 * floats + cells * 8;
+  double bytes = sizes.by_ids ? 4 * 2 * floats + cells * 8 : 4 * floats;
   if (!sizes.tile.whole()) bytes += cells * 16;  // for sorting
   if (sizes.features > 0) {
     const double lanes = as_double(round_up(sizes.features, 16));

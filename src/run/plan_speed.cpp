@@ -46,12 +46,11 @@ double quicker_of_two(const std::function<void()>& work) {
 // Samples of a file are stood for by others of as many channels.
 SampleSpec stand_in(const SampleSpec& spec, int channels, DistanceKind distance) {
   SampleSpec result = spec;
-  if (spec.kind != SampleKind::file) return result;
+  if (!spec.is_file()) return result;
   result = SampleSpec{};
-  result.channels = channels;
-  if (distance == DistanceKind::circle) result.kind = SampleKind::circle;
-  if (distance == DistanceKind::angle && channels == 3) result.kind = SampleKind::sphere;
-  if (channels > 1 && result.kind == SampleKind::uniform) result.kind = SampleKind::vector;
+  if (distance == DistanceKind::circle) result.space = "circle";
+  if (channels > 1) result.space = "vector" + std::to_string(channels);
+  if (distance == DistanceKind::angle && channels == 3) result.space = "sphere";
   return result;
 }
 

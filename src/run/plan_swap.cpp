@@ -52,7 +52,7 @@ Samples samples_of(const ProblemSpec& problem) {
   SampleSpec spec = problem.samples;
   double file_values = 0;
   bool shared = true;
-  if (spec.kind == SampleKind::file) {
+  if (spec.is_file()) {
     const std::int64_t n = problem.extents.cells_per_slice();
     const std::vector<std::int64_t> shape = read_npy(spec.file).shape;
     shared = !shape.empty() && shape[0] == n && shape.size() < 3;
@@ -68,8 +68,7 @@ Samples samples_of(const ProblemSpec& problem) {
     }
     spec.channels = static_cast<int>(std::clamp<std::int64_t>(channels, 1, 8));
   }
-  const bool has_pdf =
-      spec.kind == SampleKind::tent || spec.kind == SampleKind::gauss || spec.kind == SampleKind::hemisphere_cosine;
+  const bool has_pdf = !spec.is_file() && !sample_space(spec).traits().has_constant_density;
   return {num_channels(spec), distance_kind(spec, num_channels(spec)), has_pdf, file_values, shared};
 }
 
@@ -188,6 +187,7 @@ SwapSizes SwapPlan::sizes() const {
           .tile = FieldLayout(judged_.plane, samples_.channels, tiles_.window()),
           .num_tiles = tiles_.num_tiles(),
           .num_classes = std::ssize(classes_),
+          .by_ids = optimizer_.method == Method::anneal,
           .members_meet =
               optimizer_.method == Method::fast || (judged_.num_coupled_slices() > 0 && classes_.front().size() > 1),
           .features = features,

@@ -1,5 +1,6 @@
 #include "samples/disk_map.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "noiseloom/core/math.h"
@@ -42,6 +43,11 @@ void hemisphere_from_square(double u, double v, double* sample) {
 void square_from_hemisphere(const float* sample, double* u) {
   const double scale = std::sqrt(1 + std::fabs(static_cast<double>(sample[2])));
   square_from_disk(sample[0] / scale, sample[1] / scale, u);
+}
+
+double disk_share_below(double value) {
+  return 0.5 + (value * std::sqrt(std::max(0.0, one_minus_square(value))) + std::asin(std::clamp(value, -1.0, 1.0))) /
+                   math::pi;
 }
 
 }  // namespace noiseloom

@@ -15,6 +15,11 @@ struct DiskPoint {
 DiskPoint disk_from_square(double u, double v);
 void square_from_disk(double x, double y, double* u);
 
+// The share of a uniform disk with one coordinate below `value`, and of a uniform sphere (Archimedes: any coordinate of
+// a sphere is uniform; it is the same for the upper half, but for z).
+double disk_share_below(double value);
+inline double sphere_share_below(double value) { return (value + 1) / 2; }
+
 // 1 - r^2, written so that it keeps its relative accuracy at the rim.
 inline double one_minus_square(double r) { return (1 - r) * (1 + r); }
 

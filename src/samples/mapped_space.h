@@ -16,6 +16,7 @@ struct BoxMap {
   // What the space promises of a stored sample, whatever rounding did.
   bool (*contains)(const float* sample);
   double (*density)(const float* sample);
+  double (*share_below)(int channel, double value);
 };
 
 // The box [0, 1)^dimensions.
@@ -30,6 +31,7 @@ class MappedSpace : public SampleSpace {
   void list(std::int64_t n, const JitterOf& jitter, float* samples) const override;
   std::int64_t invert(std::int64_t n, const float* sample) const override;
   double density(const float* sample) const override { return map_.density(sample); }
+  double share_below(int channel, double value) const override { return map_.share_below(channel, value); }
 
  private:
   void sample_in(const Box& box, const double* jitter, float* sample) const;

@@ -85,33 +85,31 @@ void check_distance(DistanceKind distance, std::int64_t channels, const std::str
   }
 }
 
-// Distances between points are squared in float32.
+// Distances between points are squared in float32, those between scalars added up.
 constexpr double largest_coordinate = 1e18;
 constexpr double smallest_extent = 1e-18;
 
-std::vector<float> checked_values(const std::vector<double>& values, const Layout& layout, DistanceKind distance,
-                                  std::int64_t n, const std::string& path) {
+void check_values(const std::vector<float>& values, const Layout& layout, DistanceKind distance, std::int64_t n,
+                  const std::string& path) {
   Faults faults(path, layout, n);
-  std::vector<float> result(values.size());
   const std::size_t channels = static_cast<std::size_t>(layout.channels);
   float largest = 0;
   for (std::size_t first = 0; first < values.size(); first += channels) {
     const std::int64_t index = static_cast<std::int64_t>(first / channels);
     double square = 0;
     for (std::size_t c = 0; c < channels; ++c) {
-      const float value = static_cast<float>(values[first + c]);
-      result[first + c] = value;
+      const float value = values[first + c];
       largest = std::max(largest, std::fabs(value));
       square += static_cast<double>(value) * static_cast<double>(value);
       if (!std::isfinite(value)) {
-        const char* reason = std::isfinite(values[first + c]) ? "does not fit float32" : "samples must be finite";
-        faults.add(index, static_cast<std::int64_t>(c), fmt::format("= {}: {}", values[first + c], reason));
-      } else if (values[first + c] != 0 && std::fabs(value) < std::numeric_limits<float>::min()) {
+        faults.add(index, static_cast<std::int64_t>(c), fmt::format("= {}: samples must be finite", value));
+      } else if (value != 0 && std::fabs(value) < std::numeric_limits<float>::min()) {
         faults.add(index, static_cast<std::int64_t>(c),
-                   fmt::format("= {}: a denormal of float32; scale the samples, or make it 0", values[first + c]));
-      } else if (distance == DistanceKind::euclidean && channels > 1 && std::fabs(value) > largest_coordinate) {
-        faults.add(index, static_cast<std::int64_t>(c),
-                   fmt::format("= {}: must lie within 1e18, as distances are squared", values[first + c]));
+                   fmt::format("= {}: a denormal of float32; scale the samples, or make it 0", double{value}));
+      } else if (std::fabs(value) > largest_coordinate) {
+        faults.add(
+            index, static_cast<std::int64_t>(c),
+            fmt::format("= {}: must lie within 1e18, as distances are squared or added up in float32", double{value}));
       } else if (distance == DistanceKind::circle && !(value >= 0 && value < 1)) {
         faults.add(index, static_cast<std::int64_t>(c), fmt::format("= {}: must lie in [0, 1) on the circle", value));
       }
@@ -125,7 +123,6 @@ std::vector<float> checked_values(const std::vector<double>& values, const Layou
     throw UserError(path, fmt::format("no value exceeds {}: too small for distances, which are squared; scale them up",
                                       static_cast<double>(largest)));
   }
-  return result;
 }
 
 // A float's bits so that unsigned integers order as the floats do (-0 before 0).
@@ -208,22 +205,27 @@ std::vector<float> in_order(std::span<const float> samples, std::size_t channels
 
 }  // namespace
 
-SampleFile::SampleFile(const std::string& path, DistanceKind distance, std::int64_t cells_per_slice,
-                       SliceIndex num_slices)
+SampleFile::SampleFile(InputArrayPtr array, const std::string& path, DistanceKind distance,
+                       std::int64_t cells_per_slice, SliceIndex num_slices)
     : cells_(static_cast<std::size_t>(cells_per_slice)) {
-  NpyArray array = read_npy(path);
-  const Layout layout = layout_of(array.shape, cells_per_slice, num_slices, path);
+  const Layout layout = layout_of(array->shape, cells_per_slice, num_slices, path);
   check_distance(distance, layout.channels, path);
   channels_ = static_cast<std::size_t>(layout.channels);
   shared_ = layout.shared;
-  values_ = checked_values(array.values, layout, distance, cells_per_slice, path);
-  if (shared_) values_ = in_order(values_, channels_);
+  const auto& values = std::get<std::vector<float>>(array->values);
+  check_values(values, layout, distance, cells_per_slice, path);
+  if (shared_) {
+    values_ = in_order(values, channels_);
+  } else {
+    array_ = std::move(array);
+  }
 }
 
 std::vector<float> SampleFile::list(SliceIndex slice) const {
   if (shared_) return values_;
   const std::size_t count = cells_ * channels_;
-  return in_order(std::span(values_).subspan(static_cast<std::size_t>(slice) * count, count), channels_);
+  const std::span<const float> all(std::get<std::vector<float>>(array_->values));
+  return in_order(all.subspan(static_cast<std::size_t>(slice) * count, count), channels_);
 }
 
 }  // namespace noiseloom

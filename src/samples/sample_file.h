@@ -6,14 +6,16 @@
 #include <vector>
 
 #include "noiseloom/core/extents.h"
+#include "noiseloom/files/input_array.h"
 #include "noiseloom/samples/spec.h"
 
 namespace noiseloom {
 
 class SampleFile {
  public:
-  // Reads and checks the file as SampleSource promises; UserError.
-  SampleFile(const std::string& path, DistanceKind distance, std::int64_t cells_per_slice, SliceIndex num_slices);
+  // Checks what was read from the file at `path` as SampleSource promises; UserError naming the path.
+  SampleFile(InputArrayPtr array, const std::string& path, DistanceKind distance, std::int64_t cells_per_slice,
+             SliceIndex num_slices);
 
   int channels() const { return static_cast<int>(channels_); }
   // The slice's samples in a locality-preserving order, [id][channel].
@@ -22,8 +24,9 @@ class SampleFile {
  private:
   std::size_t cells_;
   std::size_t channels_ = 1;
-  bool shared_ = true;  // one list for all slices, in order already; else [slice][as in the file][channel]
-  std::vector<float> values_;
+  bool shared_ = true;         // one list for all slices
+  InputArrayPtr array_;        // unless shared: [slice][as in the file][channel]
+  std::vector<float> values_;  // if shared: in order already
 };
 
 }  // namespace noiseloom

@@ -71,7 +71,8 @@ SampleSource::SampleSource(const SampleSpec& spec, std::int64_t cells_per_slice,
   NOISELOOM_CHECK_LE(1, cells_per_slice);
   NOISELOOM_CHECK_LE(1, num_slices);
   if (spec.is_file()) {
-    impl_->file.emplace(spec.file, spec.distance, cells_per_slice, num_slices);
+    const InputArrayPtr array = spec.array ? spec.array : read_float_array(spec.file);
+    impl_->file.emplace(array, spec.file, spec.distance, cells_per_slice, num_slices);
     impl_->spec.channels = impl_->file->channels();
   }
 }

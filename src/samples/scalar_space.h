@@ -22,6 +22,7 @@ class ScalarSpace : public SampleSpace {
   void list(std::int64_t n, const JitterOf& jitter, float* samples) const override;
   std::int64_t invert(std::int64_t n, const float* sample) const override;
   double density(const float* sample) const override { return map_.density(*sample); }
+  double share_below(int /*channel*/, double value) const override { return map_.cumulative(value); }
 
   // Stratum k is [edge(k), edge(k + 1)), 0 <= k <= n.
   double edge(std::int64_t n, std::int64_t k) const { return quantile_at(n, k, 0); }

@@ -39,7 +39,8 @@ SpacePtr cube_space(int channels) {
              .to_sample = [](int count, const double* u, double* sample) { std::copy(u, u + count, sample); },
              .to_domain = [](int count, const float* sample, double* u) { std::copy(sample, sample + count, u); },
              .contains = [](const float*) { return true; },
-             .density = [](const float*) { return 1.0; }});
+             .density = [](const float*) { return 1.0; },
+             .share_below = [](int /*channel*/, double value) { return value; }});
 }
 
 }  // namespace noiseloom

@@ -24,6 +24,7 @@ SpacePtr gauss_space() {
                                                    .aliases = "gaussian normal",
                                                    .distance = DistanceKind::absolute,
                                                    .range = std::nullopt,
+                                                   .support = Support::line,
                                                    .has_constant_density = false,
                                                    .nvidia_name = "vec1",
                                                    .ea_name = "real_gauss"},

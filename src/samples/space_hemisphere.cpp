@@ -11,6 +11,8 @@
 namespace noiseloom {
 namespace {
 
+constexpr int height = 2;  // the channel of z
+
 bool is_above(const float* sample) { return sample[2] > 0; }
 
 }  // namespace
@@ -24,6 +26,7 @@ SpacePtr hemisphere_space() {
                   .dimensions = 2,
                   .distance = DistanceKind::angle,
                   .range = ValueRange{-1, 1},
+                  .support = Support::upper_unit_vectors,
                   .nvidia_name = "unitvec3_hemisphere",
                   .ea_name = "sphere_uniformhemisphere"},
       BoxMap{.domain = unit_box(2),
@@ -31,7 +34,11 @@ SpacePtr hemisphere_space() {
                              double* sample) { hemisphere_from_square(u[0], u[1], sample); },
              .to_domain = [](int /*channels*/, const float* sample, double* u) { square_from_hemisphere(sample, u); },
              .contains = is_above,
-             .density = [](const float*) { return 0.5 / math::pi; }});
+             .density = [](const float*) { return 0.5 / math::pi; },
+             .share_below =
+                 [](int channel, double value) {
+                   return channel == height ? std::clamp(value, 0.0, 1.0) : sphere_share_below(value);
+                 }});
 }
 
 SpacePtr hemisphere_cosine_space() {
@@ -43,6 +50,7 @@ SpacePtr hemisphere_cosine_space() {
                   .dimensions = 2,
                   .distance = DistanceKind::angle,
                   .range = ValueRange{-1, 1},
+                  .support = Support::upper_unit_vectors,
                   .has_constant_density = false,
                   .nvidia_name = "unitvec3_cosine",
                   .ea_name = "sphere_coshemi"},
@@ -57,7 +65,12 @@ SpacePtr hemisphere_cosine_space() {
              .to_domain = [](int /*channels*/, const float* sample,
                              double* u) { square_from_disk(sample[0], sample[1], u); },
              .contains = is_above,
-             .density = [](const float* sample) { return std::max(0.0, static_cast<double>(sample[2])) / math::pi; }});
+             .density = [](const float* sample) { return std::max(0.0, static_cast<double>(sample[2])) / math::pi; },
+             .share_below =
+                 [](int channel, double value) {
+                   const double z = std::max(value, 0.0);
+                   return channel == height ? z * z : disk_share_below(value);
+                 }});
 }
 
 }  // namespace noiseloom

@@ -31,20 +31,23 @@ void to_domain(int /*channels*/, const float* sample, double* u) {
 }  // namespace
 
 SpacePtr sphere_space() {
-  return std::make_unique<MappedSpace>(SpaceTraits{.name = "sphere",
-                                                   .meaning = "a unit vector, any direction",
-                                                   .aliases = "direction unit-vector unitvec",
-                                                   .channels = 3,
-                                                   .dimensions = 2,
-                                                   .distance = DistanceKind::angle,
-                                                   .range = ValueRange{-1, 1},
-                                                   .nvidia_name = "unitvec3",
-                                                   .ea_name = "sphere_uniform"},
-                                       BoxMap{.domain = two_squares(),
-                                              .to_sample = to_sample,
-                                              .to_domain = to_domain,
-                                              .contains = [](const float* sample) { return sample[2] != 0; },
-                                              .density = [](const float*) { return 0.25 / math::pi; }});
+  return std::make_unique<MappedSpace>(
+      SpaceTraits{.name = "sphere",
+                  .meaning = "a unit vector, any direction",
+                  .aliases = "direction unit-vector unitvec",
+                  .channels = 3,
+                  .dimensions = 2,
+                  .distance = DistanceKind::angle,
+                  .range = ValueRange{-1, 1},
+                  .support = Support::unit_vectors,
+                  .nvidia_name = "unitvec3",
+                  .ea_name = "sphere_uniform"},
+      BoxMap{.domain = two_squares(),
+             .to_sample = to_sample,
+             .to_domain = to_domain,
+             .contains = [](const float* sample) { return sample[2] != 0; },
+             .density = [](const float*) { return 0.25 / math::pi; },
+             .share_below = [](int /*channel*/, double value) { return sphere_share_below(value); }});
 }
 
 }  // namespace noiseloom

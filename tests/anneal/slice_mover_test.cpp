@@ -173,6 +173,24 @@ TEST(SwapChoices, BackgroundGrowsTowardsTheEnd) {
   EXPECT_EQ(num_features(optimizer, 1), 0);
 }
 
+// Features stand for taps that would cost more than they do; never for a few taps of the same pixel.
+TEST(SwapChoices, FewTapsOfTheSamePixelAreTakenOneByOne) {
+  const auto has_features = [](const Extents& extents, const FilterSpec& filter) {
+    ProblemSpec problem;
+    problem.extents = extents;
+    problem.filter = filter;
+    const SampleSource source(problem.samples, extents.cells_per_slice(), extents.num_slices(), 1);
+    const Footprint footprint(extents, filter);
+    const ValueKernel kernel = make_value_kernel(problem, source.channels(), source.distance());
+    return features_between_slices({}, footprint, kernel, source, 8).has_value();
+  };
+  EXPECT_FALSE(has_features(Extents({16, 16, 8}), product({group({2}, box(3))})));
+  EXPECT_FALSE(has_features(Extents({16, 16, 64}), product({group({2}, ema(0.1, 0.1))})));
+  EXPECT_FALSE(has_features(Extents({16, 16, 8, 8}), product({group({2, 3}, box(3))})));
+  EXPECT_TRUE(has_features(Extents({4, 4, 1024}), product({group({2}, ema(0.1, 0.1))})));
+  EXPECT_TRUE(has_features(Extents({16, 16, 8}), product({group({0, 1}, box(3)), group({2}, box(3))})));
+}
+
 // Also for slices of one, two and three samples.
 TEST(PartnerDraw, StaysInRange) {
   for (const std::int64_t n : {1, 2, 3, 5}) {

@@ -5,6 +5,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -107,6 +108,74 @@ TEST(Npy, ReadsEveryPlainNumberType) {
   expect_reads<std::uint64_t>("<u8", {std::uint64_t{1} << 53});
 }
 
+template <class T>
+std::string reversed_raw(const std::vector<T>& values) {
+  std::string bytes = raw(values);
+  for (std::size_t at = 0; at < bytes.size(); at += sizeof(T))
+    std::reverse(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                 bytes.begin() + static_cast<std::ptrdiff_t>(at + sizeof(T)));
+  return bytes;
+}
+
+template <class T>
+void expect_reads_big_endian(const std::string& type, const std::vector<T>& values) {
+  const std::string path = temporary("big_endian.npy");
+  write_bytes(path, npy_file(dict(type, "(" + std::to_string(values.size()) + ",)"), reversed_raw(values)));
+  EXPECT_EQ(read_npy(path).values, std::vector<double>(values.begin(), values.end())) << type;
+}
+
+TEST(Npy, ReadsBigEndianNumbers) {
+  expect_reads_big_endian<float>(">f4", {0.7F, -1e-40F, 3e38F});
+  expect_reads_big_endian<double>(">f8", {0.1, -1e300});
+  expect_reads_big_endian<std::int16_t>(">i2", {-2, 513});
+  expect_reads_big_endian<std::uint16_t>(">u2", {258, 65279});
+  expect_reads_big_endian<std::int32_t>(">i4", {-7, 1 << 20});
+  expect_reads_big_endian<std::uint32_t>(">u4", {0xfffefdfc});
+  expect_reads_big_endian<std::int64_t>(">i8", {-(std::int64_t{1} << 53), 5});
+  expect_reads_big_endian<std::uint64_t>(">u8", {std::uint64_t{1} << 52});
+}
+
+TEST(Npy, ReadsHalfFloats) {
+  // Bits and values as IEEE 754 defines them: zero, the least and the largest denormal, 1, just above 1, the largest,
+  // -2, 1/3 rounded.
+  const std::vector<std::uint16_t> bits = {0x0000, 0x0001, 0x03ff, 0x3c00, 0x3c01, 0x7bff, 0xc000, 0x3555};
+  const std::vector<double> values = {0, 0x1p-24, 1023 * 0x1p-24, 1, 1 + 0x1p-10, 65504, -2, 1365 * 0x1p-12};
+  const std::string path = temporary("half.npy");
+  write_bytes(path, npy_file(dict("<f2", "(8,)"), raw(bits)));
+  EXPECT_EQ(read_npy(path).values, values);
+  EXPECT_EQ(read_npy(path).type, (NumberType{NumberType::Kind::floating, 2, false}));
+  write_bytes(path, npy_file(dict(">f2", "(8,)"), reversed_raw(bits)));
+  EXPECT_EQ(read_npy(path).values, values);
+  EXPECT_TRUE(std::isinf(half_to_double(0xfc00)));
+  EXPECT_TRUE(std::isnan(half_to_double(0x7c01)));
+}
+
+TEST(Npy, PutsFortranOrderIntoCOrder) {
+  const std::vector<std::int64_t> shape = {2, 3, 5};
+  std::vector<float> stored(30);  // the first index varies fastest
+  std::vector<double> expected;
+  for (std::size_t a = 0; a < 2; ++a)
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t c = 0; c < 5; ++c) {
+        stored[a + 2 * (b + 3 * c)] = static_cast<float>(100 * a + 10 * b + c);
+        expected.push_back(static_cast<double>(100 * a + 10 * b + c));
+      }
+  const std::string path = temporary("fortran.npy");
+  write_bytes(path, npy_file(dict("<f4", "(2, 3, 5)", "True"), raw(stored)));
+  EXPECT_EQ(read_npy(path).shape, shape);
+  EXPECT_EQ(read_npy(path).values, expected);
+  write_bytes(path, npy_file(dict(">f4", "(2, 3, 5)", "True"), reversed_raw(stored)));
+  EXPECT_EQ(read_npy(path).values, expected);
+}
+
+TEST(Npy, TellsTheShapeAlone) {
+  const std::string path = temporary("shape.npy");
+  write_bytes(path, npy_file(dict("<f4", "(7, 5, 3)"), ""));  // no values at all
+  EXPECT_EQ(read_npy_shape(path), (std::vector<std::int64_t>{7, 5, 3}));
+  write_bytes(path, npy_file(dict("<U8", "(7, 5, 3)"), ""));
+  EXPECT_THROW(read_npy_shape(path), UserError);
+}
+
 TEST(Npy, ReadsOtherSpellingsOfTheHeader) {
   const std::string path = temporary("spelling.npy");
   const std::string reordered = R"({"shape":(2,3),"fortran_order":False,"descr":"<f4"})";
@@ -130,9 +199,9 @@ TEST(Npy, RefusesWhatItCannotReadSayingWhatItFound) {
   EXPECT_EQ(message_of_reading(""), "not a .npy file");
   EXPECT_THAT(message_of_reading(std::string("\x93NUMPY\x09\x00\x00\x00", 10)),
               HasSubstr("format 9; accepted: 1 to 3"));
-  EXPECT_THAT(message_of_reading(npy_file(dict(">f4", "(2,)"), two)), HasSubstr("type \">f4\"; accepted: float32"));
-  EXPECT_THAT(message_of_reading(npy_file(dict("<f2", "(4,)"), two)), HasSubstr("type \"<f2\""));
-  EXPECT_THAT(message_of_reading(npy_file(dict("<f4", "(2, 1)", "True"), two)), HasSubstr("Fortran order"));
+  EXPECT_THAT(message_of_reading(npy_file(dict("<c8", "(1,)"), two)), HasSubstr("type \"<c8\"; accepted: float16"));
+  EXPECT_THAT(message_of_reading(npy_file(dict("|f4", "(2,)"), two)), HasSubstr("type \"|f4\""));
+  EXPECT_THAT(message_of_reading(npy_file(dict("<f16", "(1,)"), two)), HasSubstr("type \"<f16\""));
   EXPECT_THAT(message_of_reading(npy_file("{'descr': [('a', '<f4')], 'fortran_order': False, 'shape': (2,)}", two)),
               HasSubstr("structured"));
   EXPECT_THAT(message_of_reading(npy_file("{'descr': '<f4', 'fortran_order': False}", two)),
@@ -143,6 +212,10 @@ TEST(Npy, RefusesWhatItCannotReadSayingWhatItFound) {
               HasSubstr("shape (3,) needs 12 bytes of values; the file holds 8"));
   EXPECT_THAT(message_of_reading(npy_file(dict("<f4", "(1,)"), two)), HasSubstr("holds 8"));
   EXPECT_THAT(message_of_reading(npy_file(dict("<f4", "(4611686018427387904, 4)"), two)), HasSubstr("too large"));
+  EXPECT_THAT(message_of_reading(npy_file(dict("<f4", "(0, 4611686018427387904, 4)"), "")), HasSubstr("too large"));
+  std::string many = "(";
+  for (int i = 0; i < 65; ++i) many += "1, ";
+  EXPECT_THAT(message_of_reading(npy_file(dict("<f4", many + ")"), two.substr(4))), HasSubstr("65 dimensions"));
   EXPECT_THAT(message_of_reading(npy_file(dict("<i8", "(2,)"), raw<std::int64_t>({1, (std::int64_t{1} << 53) + 1}))),
               HasSubstr("value 1 = 9007199254740993"));
   EXPECT_THAT(message_of_reading(npy_file(dict("<f4", "(2,)"), two).substr(0, 40)),

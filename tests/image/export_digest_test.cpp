@@ -8,6 +8,7 @@
 #include "noiseloom/files/digest.h"
 #include "noiseloom/image/export.h"
 #include "noiseloom/image/image_io.h"
+#include "noiseloom/image/image_reader.h"
 #include "support/mask_texture.h"
 #include "support/run_files.h"
 

@@ -7,6 +7,7 @@
 #include "noiseloom/files/npy.h"
 #include "noiseloom/files/pixel_order.h"
 #include "noiseloom/image/export.h"
+#include "noiseloom/image/image_reader.h"
 #include "support/mask_texture.h"
 
 namespace noiseloom {

@@ -1,5 +1,6 @@
 // Run files to files that load back as the same values.
 #include "noiseloom/image/export.h"
+#include "noiseloom/image/image_reader.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,6 +1,7 @@
 // Image files hold the numbers that were handed in. (tests/program/study_images_test.py reads them with other
 // programs.)
 #include "noiseloom/image/image_io.h"
+#include "noiseloom/image/image_reader.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <numeric>
+#include <tuple>
 
 #include "noiseloom/image/naming.h"
 #include "support/run_files.h"
@@ -67,6 +68,23 @@ INSTANTIATE_TEST_SUITE_P(
                               "{ axes = \"xy\", kernel = \"gauss\", sigma = 1.3435 }, "
                               "{ axes = \"t\", kernel = \"ema\", alpha = 0.1, rejection = 0.1 }",
                               0.0840, 0.0001}));
+
+TEST(Score, OfPublishedTexturesIsFoundByTheNamesOfTheirFilters) {
+  for (const auto& [samples, groups, expected] :
+       {std::tuple{"uniform", "{ axes = \"xy\", kernel = \"gauss\", sigma = 1.0 }", 0.1221},
+        {"vector2", "{ axes = \"xy\", kernel = \"gauss\", sigma = 1.0 }", 0.2263},
+        {"hemisphere-cosine", "{ axes = \"xy\", kernel = \"box\", size = 5 }", 0.3150},
+        {"uniform",
+         "{ axes = \"xy\", kernel = \"gauss\", sigma = 1.3435 }, { axes = \"t\", kernel = \"ema\", alpha = 0.1 }",
+         0.0840}}) {
+    const RunConfig config = config_of("x = 16, y = 16, t = 4", samples, groups);
+    const auto published =
+        published_score(config.problem.samples, describe_filter(config.problem.extents, config.problem.filter));
+    ASSERT_TRUE(published) << samples << " " << groups;
+    EXPECT_EQ(*published, expected);
+  }
+  EXPECT_FALSE(published_score(small_config("tent").problem.samples, "gauss 1 over xy"));
+}
 
 TEST(Score, IsOneForWhiteNoiseAndTheMeanOfItsSlices) {
   const RunConfig config =

@@ -194,17 +194,14 @@ class BadInput(ProgramTest):
         self.run_program("generate", config, "-o", "run.h5", "--resume")
         self.assertEqual(self.info("run.h5")["state"]["finished"], "iterations")
 
-    def test_filter_table_that_changed(self):
+    def test_filter_table_of_a_run_file_that_lies_elsewhere(self):
         numpy.save(self.folder / "tap.npy", numpy.array([0.1, 0.5, 0.4]))
         (self.folder / "cfg").mkdir()
         (self.folder / "tap.npy").rename(self.folder / "cfg" / "tap.npy")
         config = self.write("cfg/good.toml", GOOD.replace('kernel = "gauss", sigma = 1.0', 'kernel = "table", file = "tap.npy"'))
         self.run_program("generate", config, "-o", "run.h5", "--time-limit", "0.000001s", expect=75)
-        # The run file lies elsewhere; its table is found where the config lies.
         self.run_program("score", "run.h5")
-        numpy.save(self.folder / "cfg" / "tap.npy", numpy.array([1.0, 0, 0, 0, 1.0]))
-        done = self.run_program("generate", config, "-o", "run.h5", "--resume", expect=2)
-        self.assertIn("has changed since", done.stderr)
+        self.run_program("generate", config, "-o", "run.h5", "--resume")
 
     def test_output_that_is_no_run_file(self):
         config = self.write("good.toml", GOOD)

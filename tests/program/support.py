@@ -11,6 +11,7 @@ BIN = pathlib.Path(os.environ["NOISELOOM_BIN"])
 SOURCE = pathlib.Path(os.environ["NOISELOOM_SOURCE_DIR"])
 MPIEXEC = os.environ["NOISELOOM_MPIEXEC"]
 KILLER = os.environ["NOISELOOM_KILLER"]
+REWRITER = os.environ["NOISELOOM_REWRITER"]
 
 # Without FMA and AVX2 the C library takes other code paths; the results must be the same bytes.
 PLAIN_CPU = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX2_Usable,-FMA_Usable,-FMA4_Usable"}
@@ -44,6 +45,10 @@ class ProgramTest(unittest.TestCase):
 
     def info(self, run_file):
         return json.loads(self.run_program("info", run_file, "--json").stdout)
+
+    def rewrite(self, run_file, output, *changes):
+        """Another run file with right digests; tests/support/rewrite_run_file.cpp says how changes are written."""
+        subprocess.run([REWRITER, str(run_file), str(output), *changes], check=True, cwd=self.folder)
 
     def samples_checksum(self, run_file):
         return self.info(run_file)["checksums"]["/samples"]

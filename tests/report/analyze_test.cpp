@@ -9,6 +9,7 @@
 #include <regex>
 
 #include "noiseloom/image/image_io.h"
+#include "noiseloom/image/image_reader.h"
 #include "noiseloom/report/number_text.h"
 #include "noiseloom/report/plot.h"
 #include "noiseloom/report/report.h"

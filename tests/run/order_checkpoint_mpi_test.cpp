@@ -8,7 +8,7 @@
 #include <cstring>
 
 #include "noiseloom/construct/order_samples.h"
-#include "support/sample_run_file.h"
+#include "support/shared_folder.h"
 
 namespace noiseloom {
 namespace {
@@ -44,7 +44,7 @@ struct MaskRun {
     add_order_rows(before, vac.progress(), config.problem.extents.num_cells(), 0, history);
   }
   std::string save(const std::string& path) {
-    return save_order_run(posix_file_ops(), path, config, vac, history, communicator, "inputs", {});
+    return save_order_run(posix_file_ops(), path, config, vac, history, communicator, {});
   }
   void restore(const std::string& path) {
     std::unique_ptr<RunFileReader> reader;
@@ -57,25 +57,6 @@ struct MaskRun {
   ThreadPool pool;
   VoidAndCluster vac;
   std::vector<OrderRow> history;
-};
-
-// The folder of rank 0, known to all.
-class SharedFolder {
- public:
-  explicit SharedFolder(const Communicator& world) : world_(world) {
-    if (world.is_root()) folder_ = std::make_unique<TemporaryFolder>();
-    path_ = folder_ ? folder_->path() : "";
-    world.broadcast(path_);
-  }
-  ~SharedFolder() { world_.barrier(); }
-  SharedFolder(const SharedFolder&) = delete;
-  SharedFolder& operator=(const SharedFolder&) = delete;
-  std::string operator/(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  const Communicator& world_;
-  std::unique_ptr<TemporaryFolder> folder_;
-  std::string path_;
 };
 
 template <class T>
@@ -153,7 +134,7 @@ TEST(OrderCheckpoint, FileHoldsOrderMarksAndSamples) {
       const RunFileReader reader(folder / "run.h5");
       EXPECT_TRUE(is_order_run(reader.content()));
       EXPECT_EQ(reader.content().checksums.at("/samples"), checksum);
-      const OrderState state = order_state(reader.content());
+      const OrderState state = order_state(reader.content(), reader.path());
       EXPECT_EQ(state.start_points, 200);
       EXPECT_EQ(state.ranked, run.vac.progress().num_ranked);
       EXPECT_EQ(state.finished, "");

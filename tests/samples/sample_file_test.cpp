@@ -112,9 +112,8 @@ TEST_F(SampleFileTest, SamplesAreKeptBitForBit) {
     values[0] = -0.0F;
     values[7] = 0.0F;
     values[9] = std::numeric_limits<float>::min();
-    const float largest = channels == 1 ? std::numeric_limits<float>::max() : 9e17F;
-    values[11] = largest;
-    values[12] = -largest;
+    values[11] = 9e17F;
+    values[12] = -9e17F;
     const SampleSource samples = source({n, static_cast<std::int64_t>(channels)}, values, n, 3);
     EXPECT_EQ(sorted_rows(samples.list(1), channels), sorted_rows(values, channels));
     EXPECT_EQ(samples.list(1), samples.list(1));
@@ -209,6 +208,11 @@ TEST_F(SampleFileTest, NamesValuesThatAreNotFiniteByPosition) {
 TEST_F(SampleFileTest, NamesDenormalsByPosition) {
   EXPECT_THAT(fault({3}, {1, 0, -1e-40F}, 3, 2), HasSubstr("sample 2 = -9.99994610111476e-41: a denormal of float32"));
   EXPECT_EQ(source({3}, {1, 0, -2e-38F}, 3, 2).channels(), 1);
+}
+
+TEST_F(SampleFileTest, RefusesScalarsWhoseSumsDoNotFit) {
+  EXPECT_THAT(fault({3}, {0, 2e37F, 1}, 3, 1), AllOf(HasSubstr("sample 1 = "), HasSubstr("must lie within 1e18")));
+  EXPECT_THAT(fault({2, 3}, {0, 1, 2, -1.5e18F, 1, 2}, 3, 2), HasSubstr("slice 1, sample 0 = "));
 }
 
 TEST_F(SampleFileTest, RefusesPointsWhoseSquaredDistancesDoNotFit) {

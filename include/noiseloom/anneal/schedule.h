@@ -72,6 +72,10 @@ class Schedule {
 // start > 0, end > 0; bit-stable.
 double temperature_at(double start, double end, double fraction);
 
+// How often the method `fast` looks whether its fraction should grow, in a round of that many sweeps: once in a
+// hundredth of it, as its authors' program does, and never sooner than those hundred sweeps of its ten thousand.
+std::int64_t sweeps_per_fraction(std::int64_t round_length);
+
 // Whether R is evaluated after the sweep that began at `moment`: `scores_per_round` times (at least 1) or after every
 // sweep, evenly spaced, the last time at the round's end. Not for stop.time, whose rounds have no length.
 bool score_due(const Moment& moment, std::int64_t scores_per_round);

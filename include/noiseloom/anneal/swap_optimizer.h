@@ -28,6 +28,14 @@
 
 namespace noiseloom {
 
+// The numbers of the algorithms by swaps. A config gives the same bytes as long as they stay: whoever changes what an
+// unchanged config gives raises the number in the same commit (tests/program/pinned_samples_test.py notices). A run
+// file keeps it, and a run of another number is not gone on with.
+//   2: rounds of stop.score and stop.improvement count iterations, not sweeps; few taps of the same pixel have no
+//   features
+inline constexpr std::int64_t anneal_algorithm = 2;
+inline constexpr std::int64_t fast_algorithm = 2;
+
 // Of the last sweep.
 struct SweepFigures {
   double temperature = 0;  // or gamma

@@ -25,7 +25,8 @@ struct RunConfig {
 // a bare word is taken as a string; a stop rule replaces that of the file). Paths inside a config are relative to the
 // config's folder. Throws UserError with every fault found; EnvironmentError if the file cannot be read for another
 // reason than not existing.
-RunConfig load_config(const std::string& path, const std::vector<std::string>& overrides);
+RunConfig load_config(const std::string& path, const std::vector<std::string>& overrides,
+                      MissingFiles missing = MissingFiles::refused);
 // The same for text; `name` stands for the path in messages, `folder` is what relative paths are relative to ("" for
 // the working directory).
 RunConfig parse_config(const std::string& text, const std::string& name, const std::string& folder,

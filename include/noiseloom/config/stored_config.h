@@ -13,8 +13,9 @@ namespace noiseloom {
 // file's.
 std::string config_folder(const RunFileContent& content, const std::string& run_file);
 
-// The config of a run file at `path`: what it describes is in the file, so files that it names need not be there.
-// `overrides` are applied as those of load_config. Throws UserError where it cannot be read.
+// The config of a run file at `path`, with the contents of the files that it names as the run file holds them, so that
+// these files need not be there (run files from before hold none). `overrides` are applied as those of load_config.
+// Throws UserError where it cannot be read, or where /samples is not of the size and kind that it says.
 RunConfig stored_config(const RunFileContent& content, const std::string& path,
                         const std::vector<std::string>& overrides = {});
 

@@ -9,17 +9,23 @@
 #include <string>
 #include <vector>
 
+#include "noiseloom/core/number_type.h"
+
 namespace noiseloom {
 
 struct NpyArray {
   std::vector<std::int64_t> shape;  // last dimension varies fastest; empty for a single number
-  std::vector<double> values;       // every accepted type fits without loss
+  std::vector<double> values;       // every accepted type fits without loss; in C order, whatever the file's
+  NumberType type;                  // as stored
 };
 
-// Reads float32, float64 and integers of 8 to 64 bits, little endian, C order, format 1 to 3. UserError, naming the
-// path and what was found, for anything else: another type or order, integers beyond 2^53, a header that is none, too
-// few or too many bytes. NaN and inf are passed on.
+// Reads floats of 16, 32 and 64 bits and integers of 8 to 64 bits, little or big endian, C or Fortran order, format 1
+// to 3. UserError, naming the path and what was found, for anything else: another type, integers beyond 2^53, a header
+// that is none, too few or too many bytes. NaN and inf are passed on. Nothing is allocated for values that the file is
+// too short to hold.
 NpyArray read_npy(const std::string& path);
+// The shape alone; throws as read_npy does for what the header says wrong.
+std::vector<std::int64_t> read_npy_shape(const std::string& path);
 
 // "(64, 128, 3)", as NumPy writes it.
 std::string npy_shape_text(std::span<const std::int64_t> shape);

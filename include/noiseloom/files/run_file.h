@@ -5,6 +5,9 @@
 //   /pdf                  float32 [slice axes..., y, x], where the density varies
 //   /order                uint32 or uint64 [slice axes..., y, x] (void and cluster)
 //   /config               text
+//   /inputs/<key>         float32 or float64, with attribute file: what the file that the config names under <key>
+//                         ("texture.samples.file", "filter.groups[1].file") held when the run began, in that file's
+//                         shape; samples rounded to float32. There is no such group where the config names no file.
 //   /history/<column>     float64 [rows]
 //   /state                attributes, and datasets per slice
 //   /checksum/<dataset>   uint64 [slices]: XXH64 of each slice's bytes; /checksum's attribute <dataset> is the XXH64 of
@@ -35,6 +38,7 @@
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/extents.h"
 #include "noiseloom/files/file_ops.h"
+#include "noiseloom/files/input_array.h"
 
 namespace noiseloom {
 
@@ -56,10 +60,17 @@ std::size_t bytes_per_slice(const SliceDataset& dataset, const Extents& extents)
 
 using Attribute = std::variant<std::int64_t, double, std::string>;  // text without trailing zero bytes
 
+struct RunFileInput {
+  std::string key;   // of the config
+  std::string file;  // as the config spells it
+  InputArrayPtr array;
+};
+
 struct RunFileContent {
   Extents extents;
   std::string config;  // effective, TOML
   std::vector<SliceDataset> datasets;
+  std::vector<RunFileInput> inputs;
   std::map<std::string, Attribute> state;  // /state attributes
   std::vector<std::pair<std::string, std::vector<double>>>
       history;  // columns of equal length; "seconds" is stored under
@@ -114,6 +125,7 @@ class RunFileReader {
   explicit RunFileReader(const std::string& path, Changed changed = Changed::refused, FileOps& ops = posix_file_ops());
   ~RunFileReader();
   RunFileReader(RunFileReader&&) noexcept;
+  const std::string& path() const;
   const RunFileContent& content() const;
   // "" for a file as it was written, else a sentence about what is no longer certain.
   const std::string& change() const;

@@ -1,5 +1,5 @@
-// Reading and writing image files (PNG, TIFF, OpenEXR, Radiance HDR) as bare numbers: no gamma, no premultiplication,
-// no rescaling, no mip levels. OpenImageIO does the formats; it is handed finished integers or floats.
+// Writing image files (PNG, TIFF, OpenEXR, Radiance HDR) as bare numbers: no gamma, no premultiplication, no rescaling,
+// no mip levels. OpenImageIO does the formats; it is handed finished integers or floats. (image_reader.h reads them.)
 //
 // Pixels are interleaved, [y][x][channel], native byte order. An image may be written in blocks of equal size, stacked
 // downward (a strip) or as the parts of one OpenEXR file.
@@ -10,7 +10,6 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "noiseloom/image/encoding.h"
@@ -67,29 +66,11 @@ class ImageWriter {
 // The bytes of one block; valid until the next call.
 using BlockBytes = std::function<std::span<const std::byte>(int block)>;
 
+// Keeps the image library to the calling thread: textures are small, and every thread takes address space that may be
+// short. Called before anything is read or written.
+void use_one_image_thread();
+
 // All of the above in one call.
 void write_image(const std::string& path, const ImageJob& job, const BlockBytes& blocks);
-
-// An image file open for reading.
-class ImageReader {
- public:
-  // Throws UserError when the file is missing, not an image that can be read, or of a number type that is not accepted
-  // (accepted: 8 and 16 bit unsigned integers, half and float).
-  explicit ImageReader(const std::string& path);
-  ~ImageReader();
-  ImageReader(ImageReader&&) noexcept;
-
-  int num_parts() const;
-  const ImageShape& shape(int part) const;
-  // Rows [first_row, first_row + num_rows) of a part into `bytes`. Throws UserError when the file is cut or damaged.
-  void read_rows(int part, int first_row, int num_rows, std::span<std::byte> bytes);
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
-
-// Where a file name ends in an extension of a format that is read here (lower or upper case).
-bool has_image_extension(const std::string& path);
 
 }  // namespace noiseloom

@@ -1,6 +1,7 @@
 // R of a texture that is in memory: under the filter of its config and under others (problem/score.h has the formula).
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,10 @@ struct TextureScore {
 // Filters over x and y alone that textures are commonly compared by: box 3 and 5, gauss 1.0, binomial 3x3; and, where
 // there is a slice axis, ema 0.1 along the first one alone.
 std::vector<FilterSpec> standard_filters(const Extents& extents);
+
+// The R that the textures published with [FAST24] reach for these samples under a filter, as describe_filter names it:
+// 8 bit, 128 x 128, with time 128 x 128 x 64. None where none was published.
+std::optional<double> published_score(const SampleSpec& samples, const std::string& filter);
 
 // Requires distance `kind` to fit the texture's channels.
 TextureScore score_texture(const Texture& texture, DistanceKind kind, const FilterSpec& filter,

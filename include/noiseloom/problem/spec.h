@@ -21,6 +21,7 @@ struct KernelSpec {
   double alpha = 0.1;      // ema: weight of the current frame, (0, 1]
   double rejection = 0.1;  // ema: probability beta that the history is rejected, [0, 1]
   std::string file;        // table: .npy of 1 dimension (taps of each axis) or of as many as the group has axes
+  InputArrayPtr array;     // table: its contents where they are known; else whoever needs them reads the file
 };
 
 struct GroupSpec {

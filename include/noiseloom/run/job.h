@@ -18,7 +18,6 @@ namespace noiseloom {
 // What a save needs beside the run itself.
 struct SaveTarget {
   std::string path;
-  std::string inputs;  // inputs_digest
   std::map<std::string, Attribute> provenance;
 };
 

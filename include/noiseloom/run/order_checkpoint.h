@@ -41,8 +41,11 @@ struct OrderState {
 void add_order_rows(const VacProgress& before, const VacProgress& after, std::int64_t num_pixels, double seconds,
                     std::vector<OrderRow>& history);
 
-// Its /state and /history. Throws UserError if they cannot be those of such a run.
-OrderState order_state(const RunFileContent& content);
+// Its /state and /history, once all of it that is no slice has been found sound by the file's own config. Throws
+// UserError, naming `path`, for what no such run can have.
+OrderState order_state(const RunFileContent& content, const std::string& path);
+// Throws UserError if /order does not hold exactly the pixels that `state` (order_state) counts.
+void check_order(const RunFileReader& file, const OrderState& state);
 
 // What save_order_run writes; `wide`: ranks of 64 bits.
 std::vector<SliceDataset> order_run_datasets(bool wide);
@@ -50,11 +53,11 @@ std::vector<SliceDataset> order_run_datasets(bool wide);
 // Publishes the present state at `path`, like save_run. *Collective*
 std::string save_order_run(FileOps& ops, const std::string& path, const RunConfig& config, const VoidAndCluster& run,
                            const std::vector<OrderRow>& history, const Communicator& communicator,
-                           const std::string& inputs, const std::map<std::string, Attribute>& provenance);
+                           const std::map<std::string, Attribute>& provenance);
 
 // Brings `run` to the state of a run file, which rank 0 has opened (nullptr elsewhere), and returns its history on
-// every rank. Throws UserError on every rank if /order does not hold the pixels that /state counts, or the config asks
-// for another number of points. *Collective*
+// every rank. Throws UserError on every rank if the file's contents make no sense (order_state, check_order), or belong
+// to another algorithm and the run is not finished. *Collective*
 std::vector<OrderRow> restore_order_run(const RunFileReader* file, const RunConfig& config, VoidAndCluster& run,
                                         const Communicator& communicator);
 

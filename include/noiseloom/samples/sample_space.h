@@ -28,7 +28,7 @@ double distance(DistanceKind kind, int channels, const float* a, const float* b)
 //
 // Samples of a file: float32 values are kept bit for bit, others are rounded to float32; strata are places in an order
 // of the list (scalars: ascending; vectors: halved at the median of the widest channel, recursively). Values must be
-// finite as float32 and no denormals; points of several channels within 1e18, and not all within 1e-18. distance =
+// finite as float32, no denormals and within 1e18; points of several channels not all within 1e-18. distance =
 // circle: in [0, 1); angle: lengths within 1e-3 of 1.
 class SampleSource {
  public:

@@ -29,6 +29,15 @@ struct ValueRange {
   friend bool operator==(const ValueRange&, const ValueRange&) = default;
 };
 
+// The set that the samples of a space fill.
+enum class Support {
+  line,
+  unit_interval,
+  unit_disk,
+  unit_vectors,
+  upper_unit_vectors
+};  // unit_interval: of every channel
+
 struct SpaceTraits {
   std::string name;     // as a config spells it
   std::string meaning;  // for the help: what a sample is
@@ -37,6 +46,7 @@ struct SpaceTraits {
   int dimensions = 1;   // independent random numbers that a sample takes
   DistanceKind distance = DistanceKind::absolute;
   std::optional<ValueRange> range;  // what every channel lies in; none: unbounded
+  Support support = Support::unit_interval;
   bool has_constant_density = true;
   // In the names of published files: "vec2" in NVIDIA's, "vector2_uniform" in those of FAST's authors.
   std::string nvidia_name;
@@ -64,6 +74,8 @@ class SampleSpace {
   // Density of a sample with respect to length, area or solid angle (circle: turns). Positive for every sample that
   // sample() gives.
   virtual double density(const float* sample) const = 0;
+  // The share of all samples whose `channel` is below `value`: the distribution function of one coordinate.
+  virtual double share_below(int channel, double value) const = 0;
 
  private:
   SpaceTraits traits_;

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "noiseloom/files/input_array.h"
+
 namespace noiseloom {
 
 enum class DistanceKind { absolute, circle, euclidean, angle };
@@ -12,6 +14,7 @@ struct SampleSpec {
   int channels = 1;               // file: as found in the file; else that of the space
   std::string file;               // file: a .npy of shape [n], [n, C] (one list for all slices), [S, n] or
                                   // [S, n, C] (one per slice, in slice order); n = cells per slice
+  InputArrayPtr array;            // file: its contents where they are known; else whoever needs them reads the file
   DistanceKind distance = DistanceKind::euclidean;  // file only: how its samples are compared
 
   bool is_file() const { return space == "file"; }

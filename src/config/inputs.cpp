@@ -1,0 +1,109 @@
+#include "noiseloom/config/inputs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace noiseloom {
+namespace {
+
+enum class Contents { samples, taps };
+
+// One file that a config names, and where the config keeps what it holds. `Config` is RunConfig or const RunConfig.
+template <class Config, class Visit>
+void for_each_file(Config& config, const Visit& visit) {
+  auto& samples = config.problem.samples;
+  if (samples.is_file()) visit("texture.samples.file", Contents::samples, samples.file, samples.array);
+  auto& groups = config.problem.filter.groups;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    auto& kernel = groups[g].kernel;
+    if (kernel.kind != KernelKind::table) continue;
+    visit(fmt::format("filter.groups[{}].file", g), Contents::taps, kernel.file, kernel.array);
+  }
+}
+
+std::string spelt(const RunConfig& config, const std::string& path) {
+  const auto found = config.written_paths.find(path);
+  return found == config.written_paths.end() ? path : found->second;
+}
+
+InputArrayPtr read(Contents contents, const std::string& path) {
+  return contents == Contents::samples ? read_float_array(path) : read_double_array(path);
+}
+
+bool is_of_type(Contents contents, const InputArray& array) {
+  return std::holds_alternative<std::vector<float>>(array.values) == (contents == Contents::samples);
+}
+
+}  // namespace
+
+void read_inputs(RunConfig& config) {
+  std::vector<Fault> faults;
+  for_each_file(config, [&](const std::string&, Contents contents, const std::string& path, InputArrayPtr& array) {
+    if (array) return;
+    try {
+      array = read(contents, path);
+    } catch (const UserError& error) {
+      faults.insert(faults.end(), error.faults().begin(), error.faults().end());
+    }
+  });
+  throw_if_any(std::move(faults));
+}
+
+std::vector<RunFileInput> inputs_of(const RunConfig& config) {
+  std::vector<RunFileInput> inputs;
+  for_each_file(config, [&](const std::string& key, Contents, const std::string& path, const InputArrayPtr& array) {
+    if (array) inputs.push_back({key, spelt(config, path), array});
+  });
+  return inputs;
+}
+
+void take_inputs(RunConfig& config, const std::vector<RunFileInput>& inputs, const std::string& path) {
+  for_each_file(config, [&](const std::string&, Contents contents, const std::string& file, InputArrayPtr& array) {
+    const std::string name = spelt(config, file);
+    const bool as_samples = contents == Contents::samples;
+    const auto found = std::find_if(inputs.begin(), inputs.end(), [&](const RunFileInput& input) {
+      return input.file == name && (input.key == "texture.samples.file") == as_samples;
+    });
+    if (found == inputs.end()) return;
+    if (!is_of_type(contents, *found->array)) {
+      throw UserError(path, fmt::format("/inputs/{}: holds {}, but must be {}", found->key,
+                                        as_samples ? "float64" : "float32", as_samples ? "float32" : "float64"));
+    }
+    array = found->array;
+  });
+}
+
+void for_each_input(RunConfig& config, const std::function<void(InputArrayPtr&)>& visit) {
+  for_each_file(config, [&](const std::string&, Contents, const std::string&, InputArrayPtr& array) { visit(array); });
+}
+
+std::vector<std::string> notes_on_inputs(const RunConfig& config) {
+  std::vector<std::string> notes;
+  for_each_file(
+      config, [&](const std::string& key, Contents contents, const std::string& path, const InputArrayPtr& array) {
+        if (contents != Contents::taps || !array) return;
+        const auto& taps = std::get<std::vector<double>>(array->values);
+        const auto negative = std::count_if(taps.begin(), taps.end(), [](double tap) { return tap < 0; });
+        if (negative == 0) return;
+        notes.push_back(
+            fmt::format("{} = \"{}\": {} of {} taps are negative: the filter subtracts these neighbours, as one "
+                        "that sharpens does and one that blurs does not",
+                        key, spelt(config, path), negative, taps.size()));
+      });
+  return notes;
+}
+
+std::vector<std::string> changed_inputs(const RunConfig& config) {
+  std::vector<std::string> changed;
+  for_each_file(config,
+                [&](const std::string&, Contents contents, const std::string& path, const InputArrayPtr& array) {
+                  try {
+                    if (array && *read(contents, path) != *array) changed.push_back(spelt(config, path));
+                  } catch (const std::runtime_error&) {  // not there, or no such file any more
+                  }
+                });
+  return changed;
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,209 @@
+#include "noiseloom/image/image_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <utility>
+
+#include "image/image_claim.h"
+#include "image/image_library.h"
+
+namespace noiseloom {
+namespace {
+
+struct Extension {
+  const char* text;
+  const char* why_not;  // empty: is read
+};
+
+constexpr const char* lossy = "lossy: it changes noise";
+constexpr const char* not_yet = "not read by this version; convert it to .png or .exr";
+
+constexpr std::array<Extension, 24> known_extensions = {{
+    {".png", ""},      {".exr", ""},      {".tif", ""},       {".tiff", ""},     {".tx", ""},       {".hdr", ""},
+    {".bmp", ""},      {".tga", ""},      {".pgm", ""},       {".ppm", ""},      {".pnm", ""},      {".jpg", lossy},
+    {".jpeg", lossy},  {".jxl", lossy},   {".avif", lossy},   {".heic", lossy},  {".webp", lossy},  {".gif", not_yet},
+    {".dds", not_yet}, {".ktx", not_yet}, {".ktx2", not_yet}, {".psd", not_yet}, {".jp2", not_yet}, {".pfm", not_yet},
+}};
+
+const Extension* known_extension(const std::string& extension) {
+  const auto found = std::find_if(known_extensions.begin(), known_extensions.end(),
+                                  [&](const Extension& known) { return extension == known.text; });
+  return found == known_extensions.end() ? nullptr : &*found;
+}
+
+// No lossless format packs more than about 1100 bytes of an image into one of its file (deflate: 1032); an image of a
+// million pixels may claim what it likes.
+constexpr std::int64_t most_pixels_per_byte = 1100;
+constexpr std::int64_t pixels_of_any_file = std::int64_t{1} << 20;
+constexpr std::int64_t most_bytes_per_pixel = 64;  // of what is decoded
+constexpr std::int64_t megabyte = std::int64_t{1} << 20;
+
+// Claim and size of the file, checked against each other.
+struct Checked {
+  ImageClaim claim;
+  std::int64_t most_pixels = 0;
+};
+
+Checked checked_claim(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found) throw UserError(path, "no such file");
+  if (!fs::is_regular_file(status)) throw UserError(path, "a folder or device, not an image file");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw EnvironmentError(path + ": cannot be read: " + std::strerror(errno));
+  const auto size = static_cast<std::int64_t>(fs::file_size(path));
+  const std::string extension = lower_case_extension(path);
+  Checked checked{read_image_claim(file, extension), pixels_of_any_file + most_pixels_per_byte * size};
+  const ImageClaim& claim = checked.claim;
+  if (claim.format.empty()) {
+    const std::string why = why_not_read(extension);
+    throw UserError(path, fmt::format("not an image that can be read{}; accepted: {}",
+                                      why.empty() ? "" : fmt::format(" ({}: {})", extension, why), image_extensions()));
+  }
+  if (claim.width < 1 || claim.height < 1)
+    throw UserError(
+        path, fmt::format("not an image that can be read: its header says {} x {} pixels", claim.width, claim.height));
+  if (claim.width > checked.most_pixels / claim.height || claim.least_bytes > size)
+    throw UserError(path, fmt::format("its header says {} x {} pixels, but a file of {} bytes cannot hold so many",
+                                      claim.width, claim.height, size));
+  return checked;
+}
+
+ImageShape shape_of(const std::string& path, const OIIO::ImageSpec& spec, std::int64_t most_bytes) {
+  ImageShape shape{spec.width, spec.height, spec.nchannels, PixelType::uint8, spec.channelnames, spec.alpha_channel};
+  if (spec.format == OIIO::TypeDesc::UINT8) {
+    shape.type = PixelType::uint8;
+  } else if (spec.format == OIIO::TypeDesc::UINT16) {
+    shape.type = PixelType::uint16;
+  } else if (spec.format == OIIO::TypeDesc::FLOAT || spec.format == OIIO::TypeDesc::HALF) {
+    shape.type = PixelType::float32;
+  } else {
+    throw UserError(
+        path, fmt::format("numbers of type {}; accepted: 8 and 16 bit unsigned, half, float", spec.format.c_str()));
+  }
+  if (spec.depth > 1) throw UserError(path, "a volume image; accepted: flat images, one a slice");
+  if (spec.deep) throw UserError(path, "a deep image; accepted: flat images with one value a channel");
+  if (shape.width < 1 || shape.height < 1 || shape.channels < 1)
+    throw UserError(path, fmt::format("not an image that can be read: {} x {} pixels, {} channels", shape.width,
+                                      shape.height, shape.channels));
+  const double tile = static_cast<double>(spec.tile_width) * spec.tile_height * shape.channels;
+  const double pixels = static_cast<double>(shape.width) * shape.height * shape.channels;
+  if (std::max(tile, pixels) * static_cast<double>(bytes_per_number(shape.type)) > static_cast<double>(most_bytes))
+    throw UserError(path, fmt::format("its header says {} x {} pixels with {} channels in tiles of {} x {}, but a file "
+                                      "of its size cannot hold so many",
+                                      shape.width, shape.height, shape.channels, spec.tile_width, spec.tile_height));
+  return shape;
+}
+
+std::string window_of(const OIIO::ImageSpec& spec) {
+  if (spec.x == spec.full_x && spec.y == spec.full_y && spec.width == spec.full_width &&
+      spec.height == spec.full_height)
+    return "";
+  return fmt::format("data window {} x {} at {}, {} in a display window of {} x {} at {}, {}", spec.width, spec.height,
+                     spec.x, spec.y, spec.full_width, spec.full_height, spec.full_x, spec.full_y);
+}
+
+}  // namespace
+
+struct ImageReader::Impl {
+  std::string path;
+  std::unique_ptr<OIIO::ImageInput> input;
+  std::vector<ImageShape> shapes;
+  std::vector<std::string> windows;
+  // Tiles cross rows: a tiled part is read whole, at its first row.
+  std::vector<bool> tiled;
+  int whole_part = -1;
+  std::vector<std::byte> whole;
+
+  [[noreturn]] void fail() { throw UserError(path, "cannot read the pixels: " + words_of(input->geterror())); }
+  void read_whole(int part) {
+    if (whole_part == part) return;
+    const ImageShape& shape = shapes[static_cast<std::size_t>(part)];
+    whole.assign(shape.num_bytes(), std::byte{});
+    if (!input->read_image(part, 0, 0, shape.channels, oiio_type(shape.type), whole.data())) fail();
+    whole_part = part;
+  }
+};
+
+ImageReader::ImageReader(const std::string& path) : impl_(std::make_unique<Impl>()) {
+  const Checked checked = checked_claim(path);
+  const std::int64_t most_bytes = checked.most_pixels * most_bytes_per_pixel;
+  use_one_image_thread();
+  OIIO::attribute("limits:imagesize_MB", static_cast<int>(std::min<std::int64_t>(most_bytes / megabyte + 1, 1 << 30)));
+  impl_->path = path;
+  OIIO::ImageSpec hints;
+  hints.attribute("oiio:UnassociatedAlpha", 1);  // else colours are multiplied by alpha
+  hints.attribute("oiio:RawColor", 1);
+  impl_->input = OIIO::ImageInput::create(checked.claim.format);
+  OIIO::ImageSpec spec;
+  if (!impl_->input) throw EnvironmentError(path + ": " + words_of(OIIO::geterror()));
+  if (!impl_->input->open(path, spec, hints))
+    throw UserError(path, "not an image that can be read: " + words_of(impl_->input->geterror()));
+  constexpr int most_parts = 1 << 16;
+  for (int part = 0; part < most_parts && impl_->input->seek_subimage(part, 0); ++part) {
+    const OIIO::ImageSpec& found = impl_->input->spec();
+    impl_->shapes.push_back(shape_of(path, found, most_bytes));
+    impl_->windows.push_back(window_of(found));
+    impl_->tiled.push_back(found.tile_width > 0);
+  }
+  impl_->input->geterror();  // seeking past the last part is no fault
+  if (impl_->shapes.empty()) throw UserError(path, "not an image that can be read: it has no pixels");
+}
+ImageReader::~ImageReader() = default;
+ImageReader::ImageReader(ImageReader&&) noexcept = default;
+
+int ImageReader::num_parts() const { return static_cast<int>(impl_->shapes.size()); }
+const ImageShape& ImageReader::shape(int part) const { return impl_->shapes.at(static_cast<std::size_t>(part)); }
+const std::string& ImageReader::window(int part) const { return impl_->windows.at(static_cast<std::size_t>(part)); }
+
+void ImageReader::read_rows(int part, int first_row, int num_rows, std::span<std::byte> bytes) {
+  const ImageShape& image = shape(part);
+  NOISELOOM_CHECK_LE(first_row + num_rows, image.height);
+  NOISELOOM_CHECK_EQ(bytes.size() * static_cast<std::size_t>(image.height),
+                     image.num_bytes() * static_cast<std::size_t>(num_rows));
+  if (impl_->tiled[static_cast<std::size_t>(part)]) {
+    impl_->read_whole(part);
+    const std::size_t row_bytes = image.num_bytes() / static_cast<std::size_t>(image.height);
+    std::memcpy(bytes.data(), impl_->whole.data() + static_cast<std::size_t>(first_row) * row_bytes, bytes.size());
+    return;
+  }
+  if (!impl_->input->seek_subimage(part, 0)) impl_->fail();
+  const int top = impl_->input->spec().y;  // rows are counted in the display window
+  const bool done = impl_->input->read_scanlines(part, 0, top + first_row, top + first_row + num_rows, 0, 0,
+                                                 image.channels, oiio_type(image.type), bytes.data());
+  if (!done) impl_->fail();
+}
+
+std::string lower_case_extension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+bool has_image_extension(const std::string& path) {
+  const Extension* const known = known_extension(lower_case_extension(path));
+  return known != nullptr && *known->why_not == '\0';
+}
+
+std::string image_extensions() {
+  std::string list;
+  for (const Extension& known : known_extensions)
+    if (*known.why_not == '\0') list += (list.empty() ? "" : ", ") + std::string(known.text);
+  return list;
+}
+
+std::string why_not_read(const std::string& extension) {
+  const Extension* const known = known_extension(extension);
+  return known == nullptr ? "" : known->why_not;
+}
+
+}  // namespace noiseloom
