@@ -13,6 +13,7 @@
 
 #include "image/image_claim.h"
 #include "image/image_library.h"
+#include "noiseloom/core/error.h"
 
 namespace noiseloom {
 namespace {

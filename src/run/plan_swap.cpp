@@ -11,6 +11,7 @@
 #include "noiseloom/dist/halo_plan.h"
 #include "noiseloom/files/npy.h"
 #include "noiseloom/problem/score.h"
+#include "noiseloom/samples/space.h"
 #include "run/plan_filter.h"
 #include "run/plan_memory.h"
 #include "run/plan_speed.h"

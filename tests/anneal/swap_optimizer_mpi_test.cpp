@@ -33,7 +33,7 @@ std::vector<Case> cases() {
 
   Case stbn{"spatiotemporal blue noise", {}, {}};
   stbn.problem.extents = Extents({11, 8, 13});
-  stbn.problem.samples = {"vector2", 2, "", DistanceKind::euclidean};
+  stbn.problem.samples.space = "vector2";
   stbn.problem.filter.combine = Combine::sum;
   stbn.problem.filter.groups = {group({0, 1}, gauss_energy(0.8)), group({2}, gauss_energy(0.8))};
   for (GroupSpec& spec : stbn.problem.filter.groups) spec.weight = 0.5;
@@ -43,7 +43,7 @@ std::vector<Case> cases() {
 
   Case four{"2D x 2D directions", {}, {}};
   four.problem.extents = Extents({7, 5, 3, 5});
-  four.problem.samples = {"hemisphere-cosine", 3, "", DistanceKind::angle};
+  four.problem.samples.space = "hemisphere-cosine";
   four.problem.filter.groups = {group({0, 1}, box(3)), group({2, 3}, gauss(0.7))};
   four.optimizer.precision = Precision::float64;
   four.optimizer.stop.iterations = 5;

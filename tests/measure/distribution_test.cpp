@@ -9,6 +9,7 @@
 #include <random>
 
 #include "noiseloom/image/encoding.h"
+#include "noiseloom/samples/space.h"
 #include "support/run_files.h"
 
 namespace noiseloom {
@@ -27,16 +28,16 @@ std::string warning_for(const Texture& texture, const std::string& samples) {
 // Samples drawn one by one, without strata: as uneven as chance makes them.
 Texture random_texture(const RunConfig& config, unsigned seed) {
   Texture texture = start_texture(config);
-  const SampleSpec& samples = config.problem.samples;
+  const SampleSpace& space = sample_space(config.problem.samples);
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> unit(1e-9, 1 - 1e-9);
   const std::size_t cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
   std::vector<float> sample(static_cast<std::size_t>(texture.channels));
   for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
     for (std::size_t cell = 0; cell < cells; ++cell) {
-      std::vector<double> jitter(static_cast<std::size_t>(num_dimensions(samples)));
+      std::vector<double> jitter(static_cast<std::size_t>(space.traits().dimensions));
       for (double& j : jitter) j = unit(random);
-      sample_at(samples, 1, 0, jitter.data(), sample.data());
+      space.sample(1, 0, jitter.data(), sample.data());
       for (std::size_t c = 0; c < sample.size(); ++c) texture.slice(s)[c * cells + cell] = sample[c];
     }
   return texture;

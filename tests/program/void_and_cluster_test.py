@@ -145,7 +145,7 @@ class VoidAndCluster(ProgramTest):
         words = process.stderr.read()
         self.assertEqual(process.wait(timeout=60), 75)
         process.stderr.close()
-        self.assertTrue(re.search("stopped by a signal at phase (swap|drain|fill)", words), words)
+        self.assertTrue(re.search("stopped by SIGUSR1 at phase (swap|drain|fill)", words), words)
         info = self.run_program("info", "large.h5").stdout
         self.assertIn("not finished: stopped in phase", info)
 
