@@ -36,7 +36,7 @@ void add_problem(const RunPlan& plan, Lines& lines) {
             reach.empty() ? "" : ", reach", reach);
   for (const PlanEffect& axis : plan.axes) {
     const std::string why = axis.why.empty() ? "" : axis.on ? ", " + axis.why : " (" + axis.why + ")";
-    lines.add("effect", "{}: {}{}", axis.name, axis.on ? "on" : "off", why);
+    lines.add("axis", "{}: {}{}", axis.name, axis.on ? "on" : "off", why);
   }
   for (const PlanEffect& effect : plan.effects) {
     lines.add("part", "{}: {} ({})", effect.name, effect.on ? "on" : "off", effect.why);

@@ -79,7 +79,7 @@ PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, cons
 
   // Swaps that wait until all of the class have moved, or until they are told.
   const double moving = std::ceil(own / as_double(sizes.num_classes));
-  const bool wait = sizes.members_meet || rank.halo_slices > 0;
+  const bool wait = sizes.class_is_coupled || rank.halo_slices > 0;
   const double swaps = 8 * hot_acceptance * as_double(sizes.visit) / 2 * cells;
   memory.at_move = wait ? moving * swaps : threads * swaps / as_double(sizes.num_tiles);
 

@@ -189,7 +189,7 @@ SwapSizes SwapPlan::sizes() const {
           .num_tiles = tiles_.num_tiles(),
           .num_classes = std::ssize(classes_),
           .by_ids = optimizer_.method == Method::anneal,
-          .members_meet =
+          .class_is_coupled =
               optimizer_.method == Method::fast || (judged_.num_coupled_slices() > 0 && classes_.front().size() > 1),
           .features = features,
           .channels = samples_.channels,

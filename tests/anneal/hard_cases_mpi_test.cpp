@@ -1,5 +1,5 @@
 // Inputs at the edges of what is allowed leave a run stable: every number is finite, each slice keeps its samples, R is
-// that of the double loop over all pairs, and annealing does not end worse than it began (DESIGN, section 7).
+// that of the double loop over all pairs, and annealing does not end worse than it began.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -365,7 +365,7 @@ TEST_F(HardCases, AMillionSwapsLeaveTheStateThatIsRebuilt) {
   hot.expect_kept();
 }
 
-// Slices that all move at once chase the same background (DESIGN, section 4.4); the engine never lets them, with
+// Slices that all move at once chase the same background; the engine never lets them, with
 // features for the other slices as with all taps.
 TEST_F(HardCases, StronglyCoupledSlicesConverge) {
   ProblemSpec problem = slices_of_scalars({24, 24, 24});

@@ -1,4 +1,4 @@
-// A million swaps: the energy that their changes add up to is the energy that is found afresh (DESIGN, section 7).
+// A million swaps: the energy that their changes add up to is the energy that is found afresh.
 #include <gtest/gtest.h>
 
 #include "noiseloom/anneal/swap_delta.h"

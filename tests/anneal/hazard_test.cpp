@@ -1,5 +1,5 @@
 // All slices that move at once against a frozen copy of the others chase the same background, and the run does not
-// converge. Colour classes prevent it (DESIGN, section 4.4).
+// converge. Colour classes prevent it.
 #include <gtest/gtest.h>
 
 #include <map>

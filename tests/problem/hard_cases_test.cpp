@@ -1,4 +1,4 @@
-// Index arithmetic beyond 2^31 and 2^32 cells, without allocating them (DESIGN, section 7).
+// Index arithmetic beyond 2^31 and 2^32 cells, without allocating them.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -83,7 +83,7 @@ class VoidAndCluster(ProgramTest):
 
     def test_plan_and_summary(self):
         plan = self.run_program("plan", self.config, "--ranks", 3, "--set", "optimizer.bounded=t").stdout
-        for words in ("effect     t: on, bounded", "effect     x: on, wraps around", "rank    2  2 slices", "memory", "time"):
+        for words in ("axis       t: on, bounded", "axis       x: on, wraps around", "rank    2  2 slices", "memory", "time"):
             self.assertIn(words, plan)
         done = self.generate("run.h5", "--set", "optimizer.equalize=slice", ranks=2)
         self.assertRegex(done.stdout, r"samples moved by 0\.0\d+ \(rms\)")

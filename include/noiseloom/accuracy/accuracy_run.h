@@ -1,6 +1,10 @@
 // The command `accuracy`: runs `noiseloom generate` for one point of the ladder after another, scores what it made and
 // keeps DIR up to date after each.
 //
+// Each point is a process of its own, and has to be: the seconds that are compared are those of a whole program as a
+// user starts it, a point that needs more memory than there is must not take the others with it, and MPI can be started
+// only once in a process.
+//
 //   DIR/accuracy.csv   every point that has run (accuracy_table.h)
 //   DIR/report.html    the page (accuracy_report.h)
 //   DIR/config.toml    the effective config, and a digest of the files it names: what --resume compares

@@ -1,7 +1,7 @@
 // Which slices may move at the same time: those of one colour class.
 //
 // Slices that are coupled and all move against a frozen copy of each other chase the same background, and the error
-// grows without bound; slices a few apart behave as if they had moved one after another (DESIGN, section 4.4). So the
+// grows without bound; slices a few apart behave as if they had moved one after another. So the
 // slices are divided into classes; one class moves at a time. The division depends on the problem alone, never on ranks
 // or threads.
 #pragma once

@@ -1,4 +1,4 @@
-// Relative error R (DESIGN: mean squared error after the filter over random step integrands, white noise = 1).
+// Relative error R (mean squared error after the filter over random step integrands, white noise = 1).
 //
 //   R = ( m * sum_d F(d)  -  sum_{d != 0} F(d) m_d ) / ( m * F(0) )
 //
