@@ -16,7 +16,7 @@ target_compile_options(noiseloom_flags INTERFACE
   -Wall -Wextra -Wconversion $<$<NOT:$<BOOL:$<TARGET_PROPERTY:NOISELOOM_MAY_SHADOW>>>:-Wshadow>
   -ffp-contract=off                       # the same bits with and without FMA
   -fno-math-errno                         # lets loops over sqrt be vectorised; changes no result
-  $<$<BOOL:${CMAKE_UNITY_BUILD}>:-Wno-subobject-linkage>  # takes all files of a batch for headers
+  $<$<AND:$<BOOL:${CMAKE_UNITY_BUILD}>,$<CXX_COMPILER_ID:GNU>>:-Wno-subobject-linkage>  # takes all files of a batch for headers
   $<$<BOOL:${NOISELOOM_WERROR}>:-Werror>
   ${noiseloom_sanitizers} $<$<BOOL:${NOISELOOM_SANITIZE}>:-fno-sanitize-recover=all -fno-omit-frame-pointer>)
 target_link_options(noiseloom_flags INTERFACE ${noiseloom_sanitizers})
