@@ -63,6 +63,9 @@ void SwapOptimizer::start() {
   const StopSpec& stop = impl_->optimizer.stop;
   // A run that must end in time has to know how long its last score will take.
   impl_->score(stop.time_s > 0 ? Impl::Exactness::exact : Impl::Exactness::quick, 0);
+  // A run ends by the exact score alone, its start included.
+  if (stop.score > 0 && state.relative_error <= stop.score && !impl_->score_is_exact)
+    impl_->score(Impl::Exactness::exact, 0);
   impl_->add_row(0);
   if (stop.iterations > 0) return;
   const bool can_swap = problem.extents.cells_per_slice() > 1 && state.mean_distance > 0;
@@ -81,6 +84,8 @@ void SwapOptimizer::restore(const SwapState& state,
   impl_->score_is_exact = !impl_->float_score;  // the state does not say
   const HistoryRow& last = impl_->state.history.back();
   impl_->figures = {last.temperature, last.acceptance};
+  // A run that must end in time has to know how long its last score will take.
+  if (impl_->optimizer.stop.time_s > 0 && state.finished.empty()) impl_->score(Impl::Exactness::exact, state.elapsed_s);
 }
 
 void SwapOptimizer::step(double seconds) {

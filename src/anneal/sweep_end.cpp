@@ -12,7 +12,6 @@
 namespace noiseloom {
 namespace {
 
-// fast: how often gamma is looked at, at most.
 // R is evaluated for show after so many seconds, or as seldom as costs a fortieth of the run.
 constexpr double score_shown_every_s = 1;
 constexpr double score_share = 40;
@@ -56,7 +55,7 @@ void SwapOptimizer::Impl::end_sweep(double seconds) {
   bool row_is_due = false;
   if (limit_s > 0) {
     now = communicator.broadcast(seconds);
-    out_of_time = now + communicator.broadcast(exact_score_took_s) >= limit_s;
+    out_of_time = now + std::max(0.0, communicator.broadcast(exact_score_took_s)) >= limit_s;
     const double score_s = communicator.broadcast(quick_score_s());
     row_is_due = out_of_time || now - state.history.back().seconds >= std::max(limit_s / 50, score_share * score_s);
   } else {

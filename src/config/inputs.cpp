@@ -100,7 +100,7 @@ std::vector<std::string> changed_inputs(const RunConfig& config) {
                 [&](const std::string&, Contents contents, const std::string& path, const InputArrayPtr& array) {
                   try {
                     if (array && *read(contents, path) != *array) changed.push_back(spelt(config, path));
-                  } catch (const std::runtime_error&) {  // not there, or no such file any more
+                  } catch (const std::exception&) {  // not there, no such file any more, or too large by now
                   }
                 });
   return changed;

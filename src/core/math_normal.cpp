@@ -82,8 +82,8 @@ double inverse_normal_cdf(double p) {
   const double q = p - 0.5;
   if (q >= -0.425 && q <= 0.425) return q * centre(0.425 * 0.425 - q * q);
   if (!(p > 0 && p < 1)) {
-    constexpr double beyond = std::numeric_limits<double>::infinity();
-    return p == 0 ? -infinity : p == 1 ? infinity : std::numeric_limits<double>::quiet_NaN();
+    constexpr double endless = std::numeric_limits<double>::infinity();
+    return p == 0 ? -endless : p == 1 ? endless : std::numeric_limits<double>::quiet_NaN();
   }
   return q < 0 ? lower_tail(p) : -lower_tail(1 - p);
 }

@@ -93,7 +93,12 @@ void publish_generation(FileOps& ops, const std::string& temporary, const std::s
 
 void restore_previous_generation(FileOps& ops, const std::string& path) {
   const std::string target = follow_links(path);
-  if (ops.exists(target)) ops.rename(target, target + ".damaged");
+  // Damaged files of before stay what they are: the first free name.
+  std::string aside = target + ".damaged";
+  for (int number = 2; ops.exists(target) && ops.exists(aside); ++number) {
+    aside = target + ".damaged" + std::to_string(number);
+  }
+  if (ops.exists(target)) ops.rename(target, aside);
   ops.rename(previous_generation(target), target);
   written_output(target);
   ops.sync_directory(parent_directory(target));

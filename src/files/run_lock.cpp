@@ -79,12 +79,14 @@ bool still_there(int fd, const std::string& lock_path) {
          ours.st_dev == there.st_dev;
 }
 
-std::string read_start(int fd, std::size_t most) {
+// With `failed`, whether reading ended by an error is told there.
+std::string read_start(int fd, std::size_t most, bool* failed = nullptr) {
   std::string text(most, '\0');
   std::size_t size = 0;
   while (size < most) {
     const ssize_t done =
         uninterrupted([&] { return ::pread(fd, text.data() + size, most - size, static_cast<off_t>(size)); });
+    if (failed != nullptr) *failed = done < 0;
     if (done <= 0) break;
     size += static_cast<std::size_t>(done);
   }
@@ -114,11 +116,14 @@ std::optional<Sight> look_at(const std::string& lock_path) {
 }
 
 // What stands at a path, for comparing: a run file's first bytes hold the digests of all the rest.
-std::string identity_of(const std::string& path) {
+// Empty where nothing stands there; nothing where it cannot be read just now, which says nothing about what it is.
+std::optional<std::string> identity_of(const std::string& path) {
   constexpr std::size_t bytes = 4096;
   const Descriptor file = open_or_none(path, O_RDONLY);
-  if (file.fd() < 0) return errno == ENOENT ? "" : "unreadable";
-  const std::string start = read_start(file.fd(), bytes);
+  if (file.fd() < 0) return errno == ENOENT ? std::optional<std::string>("") : std::nullopt;
+  bool failed = false;
+  const std::string start = read_start(file.fd(), bytes, &failed);
+  if (failed) return std::nullopt;
   return to_hex(digest_of(std::as_bytes(std::span(start))));
 }
 
@@ -169,7 +174,7 @@ struct RunLock::Impl {
   const LockTiming timing;
   Descriptor file;
   bool enforced = true;
-  std::string identity;  // of what this run found or wrote at `path`
+  std::optional<std::string> identity;  // of what this run found or wrote at `path`, where it could be read
   std::thread beating;
   std::mutex mutex;  // of what follows, and of `file` once the heartbeat runs
   std::condition_variable wake;
@@ -296,8 +301,10 @@ void RunLock::Impl::confirm() {
                     "is",
                     path, holder.holder));
   }
-  const std::string found = identity_of(path);
-  if (!found.empty() && found != identity) {
+  const std::optional<std::string> found = identity_of(path);
+  if (!found) throw EnvironmentError(path + ": cannot be read, so it is not known whose it is; it is left as it is");
+  if (!identity) identity = found;
+  if (!found->empty() && found != identity) {
     throw OutputLost(path + ": replaced by another run or program since this run last wrote it; it is left as it is");
   }
 }

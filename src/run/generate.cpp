@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <map>
@@ -73,6 +74,7 @@ class Generation {
   std::string stored_checksum_;  // of the run that was resumed
   double earlier_s_ = 0;         // that the earlier parts of the run took
   std::int64_t parts_ = 1;
+  std::string config_folder_;  // absolute, as it was at the start: the working folder may go away
 };
 
 // Rank 0 reads the config and tells the others its effective text, so that all work on the same one.
@@ -88,14 +90,17 @@ void Generation::load() {
       }
     };
     // A run that goes on has in its run file what it was made from.
-    const bool goes_on = request_.resume && (std::filesystem::exists(request_.output) ||
-                                             std::filesystem::exists(previous_generation(request_.output)));
+    std::error_code absent;  // a name that cannot be looked up is refused below, with the reason
+    const bool goes_on = request_.resume && (std::filesystem::exists(request_.output, absent) ||
+                                             std::filesystem::exists(previous_generation(request_.output), absent));
     const MissingFiles missing = goes_on ? MissingFiles::accepted : MissingFiles::refused;
     collecting([&] { text = to_toml(load_config(request_.config, request_.overrides, missing)); });
     collecting([&] { refuse_unfit_output(request_.output); });
     throw_if_any(std::move(faults));
   });
   communicator_.broadcast(text);
+  std::error_code unknown;
+  config_folder_ = std::filesystem::absolute(request_.config, unknown).parent_path().string();
   const std::string folder = std::filesystem::path(request_.config).parent_path().string();
   communicator_.together([&] { config_ = parse_config(text, request_.config, folder, {}, MissingFiles::accepted); });
 }
@@ -137,10 +142,17 @@ void Generation::take_inputs() {
 void Generation::read_provenance() {
   const auto& provenance = saved_.reader->content().provenance;
   if (const auto parts = provenance.find("parts"); parts != provenance.end()) {
-    parts_ = 1 + std::get<std::int64_t>(parts->second);
+    // What counts for nothing but a person's eye is taken where it makes sense, and else begins anew.
+    const auto* count = std::get_if<std::int64_t>(&parts->second);
+    constexpr std::int64_t most_parts = 1'000'000'000;
+    if (count != nullptr && *count >= 0 && *count < most_parts) parts_ = 1 + *count;
   }
   if (const auto seconds = provenance.find("seconds_total"); seconds != provenance.end()) {
-    earlier_s_ = std::get<double>(seconds->second);
+    const auto* earlier = std::get_if<double>(&seconds->second);
+    if (earlier == nullptr || !std::isfinite(*earlier) || *earlier < 0) {
+      throw UserError(request_.output, "/provenance: seconds_total is no number of seconds; no run wrote this");
+    }
+    earlier_s_ = *earlier;
   }
 }
 
@@ -192,7 +204,7 @@ std::map<std::string, Attribute> Generation::provenance() const {
   gethostname(host.data(), host.size() - 1);
   return {{"version", std::string(NOISELOOM_VERSION)},
           {"saved_at", now_text()},
-          {"config_folder", std::filesystem::absolute(request_.config).parent_path().string()},
+          {"config_folder", config_folder_},
           {"host", std::string(host.data())},
           {"ranks", std::int64_t{communicator_.size()}},
           {"threads", std::int64_t{threads_}},
@@ -229,7 +241,9 @@ void Generation::remove_previous_generation() const {
   communicator_.on_root([&] {
     const std::string previous = previous_generation(request_.output);
     try {
-      if (posix_file_ops().exists(previous)) posix_file_ops().remove(previous);
+      if (!posix_file_ops().exists(previous)) return;
+      if (looks_like_run_file(previous)) return posix_file_ops().remove(previous);
+      progress_.warn(previous + ": is no generation of this run file, and is left as it is");
     } catch (const EnvironmentError& error) {
       progress_.warn(error.what());
     }

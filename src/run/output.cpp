@@ -46,7 +46,9 @@ std::string launcher_mismatch(int ranks) {
 
 void refuse_unfit_output(const std::string& path) {
   if (path.empty()) throw UserError("command line", "-o: the name of the run file is empty");
-  if (fs::is_directory(path)) throw UserError(path, "is a folder, not a file; choose another output");
+  std::error_code error;
+  if (fs::is_directory(path, error)) throw UserError(path, "is a folder, not a file; choose another output");
+  if (error == std::errc::filename_too_long) throw UserError(path, "this name is too long; choose a shorter one");
   if (!has_run_file_ending(path)) {
     throw UserError("command line",
                     fmt::format("-o {}: a run file is HDF5 and its name ends in .h5 or .hdf5; images of it are made by "

@@ -22,7 +22,7 @@
 // so found and named before HDF5 parses a byte. Its lines are described in src/files/run_file_block.h.
 //
 // One writer, the serial HDF5 driver, all bytes through FileOps (a virtual file driver). Published whole or not at all
-// (io/generations.h).
+// (files/generations.h).
 #pragma once
 
 #include <cstddef>

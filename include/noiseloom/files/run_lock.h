@@ -8,7 +8,7 @@
 //
 //   holder on the same machine             the system's lock is right; without locks: whether the process lives
 //   the same Slurm job, requeued since     the holder is our own predecessor, and dead
-//   holder on another machine              alive if its heartbeat goes on, else dead: watched for Timing::silence
+//   holder on another machine              alive if its heartbeat goes on, else dead: watched for LockTiming::silence
 //
 // A holder that was cut off or suspended and comes back finds another number in the file, and writes nothing more.
 #pragma once

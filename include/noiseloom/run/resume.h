@@ -1,16 +1,14 @@
 // Whether a run may go on from what its run file holds.
 //
-// It may with the config that it began with, and with another stop rule where that only extends it. A run that is
-// extended must give the bytes of a run that had the new end from its start: so only where nothing before
-// that end depended on it.
-//   score, improvement   Rounds of 100, 200, 400, ... sweeps, each cooled by itself: where the rounds end does not
-//   matter
-//                        to them, so a lower score, or a smaller improvement, just takes more of them.
-//   iterations, fast     Every sweep is like the others, but for the fraction: it grows once in a hundredth of the run
-//                        (schedule.h). So with as long a hundredth, or a fraction that does not grow.
-//   iterations, anneal   The temperature falls from the first iteration to the last: with another last one every sweep
-//   is
-//                        another. Not extended; to cool the finished texture once more would be another algorithm.
+// It may with the config that it began with, and with another stop rule where that only extends it. The samples of a
+// run that is extended must be those of a run that had the new end from its start: so only where nothing before that
+// end depended on it.
+//   score, improvement   Rounds of 100, 200, 400, ... sweeps are each cooled by themselves, and where they end does not
+//                        matter to them: a lower score, or a smaller improvement, just takes more of them.
+//   iterations, fast     Every sweep is like the others but for the fraction, which grows once in a hundredth of the
+//                        run (schedule.h): so with as long a hundredth, or a fraction that does not grow.
+//   iterations, anneal   The temperature falls from the first iteration to the last, so with another last one every
+//                        sweep is another. Not extended; to cool the finished texture again would be another algorithm.
 //   time                 The temperature follows the clock to the end. Not extended.
 // Void and cluster has no stop rule.
 #pragma once
