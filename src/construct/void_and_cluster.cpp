@@ -76,16 +76,13 @@ struct VoidAndCluster::Impl {
     communicator.together([&] {
       for (SliceIndex slice = begin; slice < end; ++slice) order.set_bytes(slice, bytes(slice));
     });
-    std::int64_t num[] = {0, 0};  // pixels with a rank, pixels that are on and have none
-    for (std::uint64_t p = order.begin(); p < order.end(); ++p) {
-      num[0] += order.has_rank(p) ? 1 : 0;
-      num[1] += order.is_on(p) ? 1 : 0;
-    }
+    const OrderCensus census = order.census();
+    std::int64_t num[] = {census.num_placed(), census.num_on()};
     communicator.sum(num);
     const bool filling = from.phase == VacPhase::fill || from.phase == VacPhase::done;
-    const std::int64_t num_on = filling ? 0 : from.num_start_points - from.num_ranked;
-    if (num[0] != from.num_ranked || num[1] != num_on || from.num_start_points != vac_num_start_points(spec) ||
-        (filling && from.num_ranked < from.num_start_points) || (from.phase == VacPhase::swap && from.num_ranked > 0)) {
+    const std::int64_t num_on = filling ? 0 : from.num_start_points - from.num_placed;
+    if (num[0] != from.num_placed || num[1] != num_on || from.num_start_points != vac_num_start_points(spec) ||
+        (filling && from.num_placed < from.num_start_points) || (from.phase == VacPhase::swap && from.num_placed > 0)) {
       throw SharedUserError("", "void and cluster: the order has " + std::to_string(num[0]) + " ranked pixels and " +
                                     std::to_string(num[1]) + " that are on, which is not what its progress says");
     }
@@ -100,7 +97,7 @@ struct VoidAndCluster::Impl {
     if (progress.phase == VacPhase::done) return;
     fields.clear();
     if (progress.phase == VacPhase::fill) {
-      turn_on_where([&](std::uint64_t p) { return order.has_rank(p); });
+      turn_on_where([&](std::uint64_t p) { return order.has_place(p); });
     } else {
       turn_on_where([&](std::uint64_t p) { return order.is_on(p); });
     }
@@ -170,9 +167,9 @@ struct VoidAndCluster::Impl {
     const std::uint64_t limit = search.find(view, open_fraction(), candidates);
     selector->select(view, candidates, limit, static_cast<std::size_t>(std::min(max_picks, batch_limit)), picks);
     for (const std::uint32_t i : picks) {
-      const auto rank = filling ? progress.num_ranked : progress.num_start_points - 1 - progress.num_ranked;
-      if (order.has(candidates[i].position)) order.set_rank(candidates[i].position, static_cast<std::uint64_t>(rank));
-      ++progress.num_ranked;
+      const auto place = filling ? progress.num_placed : progress.num_start_points - 1 - progress.num_placed;
+      if (order.has(candidates[i].position)) order.set_place(candidates[i].position, static_cast<std::uint64_t>(place));
+      ++progress.num_placed;
     }
     picked.clear();
     for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -199,16 +196,16 @@ struct VoidAndCluster::Impl {
         } else {
           progress.phase = VacPhase::drain;
         }
-      } else if (progress.phase == VacPhase::drain && progress.num_ranked == progress.num_start_points) {
+      } else if (progress.phase == VacPhase::drain && progress.num_placed == progress.num_start_points) {
         progress.phase = VacPhase::fill;
         enter_phase();
-      } else if (progress.num_ranked == spec.extents.num_cells()) {
+      } else if (progress.num_placed == spec.extents.num_cells()) {
         progress.phase = VacPhase::done;
       } else {
         max_picks -= pick(max_picks);
       }
     }
-    if (progress.num_ranked == spec.extents.num_cells()) progress.phase = VacPhase::done;
+    if (progress.num_placed == spec.extents.num_cells()) progress.phase = VacPhase::done;
   }
 
   // The share of the leaves that a batch may open: more picks a batch, but more candidates that are raised and not
@@ -263,7 +260,7 @@ void VoidAndCluster::limit_batches(std::int64_t max_picks) { impl_->batch_limit 
 void VoidAndCluster::advance(std::int64_t max_picks) { impl_->advance(max_picks); }
 const VacProgress& VoidAndCluster::progress() const { return impl_->progress; }
 const Partition& VoidAndCluster::partition() const { return impl_->partition; }
-bool VoidAndCluster::wide() const { return impl_->order.wide(); }
+OrderCodec VoidAndCluster::codec() const { return impl_->order.codec(); }
 std::vector<std::byte> VoidAndCluster::order(SliceIndex slice) const { return impl_->order.bytes(slice); }
 std::int64_t VoidAndCluster::collectives() const { return impl_->exchange.collectives(); }
 std::int64_t VoidAndCluster::bytes_sent() const { return impl_->exchange.bytes(); }

@@ -170,7 +170,7 @@ class Planner {
   void choose_points() {
     if (!points_wanted()) return;
     plan_.num_points = 1;
-    if (const std::string why = why_no_order(content_); !why.empty()) faults_.push_back({name_, why});
+    if (const std::string why = why_order_cannot_be_read(content_); !why.empty()) faults_.push_back({name_, why});
     if (options_.with_density) fault("--pdf: a point set (--threshold) has no density");
     if (!options_.range.empty()) fault("--range: a point set (--threshold) holds black and white alone");
     const std::optional<DecimalFraction> fraction =
@@ -275,7 +275,7 @@ class Planner {
     if (own_name) {
       stem = fs::path(output_.file).stem().string();
     } else {
-      stem = texture_name(naming_, problem_, stem, why_no_order(content_).empty());
+      stem = texture_name(naming_, problem_, stem, why_order_cannot_be_read(content_).empty());
       if (plan_.num_points) stem += "_below" + density_;
     }
     if (one_file) {

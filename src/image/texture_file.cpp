@@ -143,7 +143,7 @@ TextureFile run_file(const Request& request) {
   if (const auto found = content.checksums.find("/samples"); found != content.checksums.end())
     file.checksum = found->second;
   const int channels = content.datasets[static_cast<std::size_t>(samples)].channels;
-  if (reader.dataset("/order") >= 0) file.ranks = ranks_of(PixelOrder(reader, path), content.extents);
+  if (reader.dataset(order_name) >= 0) file.ranks = ranks_of(PixelOrder(reader, path), content.extents);
   file.texture = make_texture(content.extents, channels);
   std::vector<float> slice(file.texture.floats_per_slice());
   for (SliceIndex s = 0; s < content.extents.num_slices(); ++s) {

@@ -47,7 +47,7 @@ class OrderJob : public Job {
     return save_order_run(posix_file_ops(), target.path, config_, *run_, history_, *communicator_, target.provenance);
   }
 
-  std::vector<SliceDataset> datasets() const override { return order_run_datasets(run_->wide()); }
+  std::vector<SliceDataset> datasets() const override { return order_run_datasets(spec_.extents); }
   std::string start_words() const override {
     return "drawing the first points and computing the energies of all pixels";
   }
@@ -62,7 +62,7 @@ class OrderJob : public Job {
   std::vector<std::pair<std::string, std::string>> summary(double run_s) override;
 
  private:
-  static std::int64_t picks_of(const VacProgress& progress) { return progress.num_swaps + progress.num_ranked; }
+  static std::int64_t picks_of(const VacProgress& progress) { return progress.num_swaps + progress.num_placed; }
   std::int64_t fewest_picks() const { return std::max<std::int64_t>(1, spec_.extents.num_cells() / pixels_per_pick); }
   double fraction() const;
   double rms_moved() const;
@@ -103,14 +103,14 @@ double OrderJob::fraction() const {
   const auto swaps = static_cast<double>(progress.num_swaps);
   const auto points = static_cast<double>(progress.num_start_points);
   const double all_swaps = progress.phase == VacPhase::swap ? std::max(swaps, 0.4 * points) : swaps;
-  return (swap_cost * swaps + static_cast<double>(progress.num_ranked)) /
+  return (swap_cost * swaps + static_cast<double>(progress.num_placed)) /
          (swap_cost * all_swaps + static_cast<double>(spec_.extents.num_cells()));
 }
 
 std::string OrderJob::position() const {
   const VacProgress& progress = run_->progress();
   return fmt::format("phase {}, {} swaps, {} of {} pixels ranked", vac_phase_name(progress.phase), progress.num_swaps,
-                     progress.num_ranked, spec_.extents.num_cells());
+                     progress.num_placed, spec_.extents.num_cells());
 }
 
 ProgressFigures OrderJob::figures(double run_s, double part_s) {
@@ -121,11 +121,11 @@ ProgressFigures OrderJob::figures(double run_s, double part_s) {
   f.json = fmt::format(
       "\"phase\": \"{}\", \"swaps\": {}, \"ranked\": {}, \"of\": {}, \"fraction\": {:.4f}, \"picks_per_second\": "
       "{:.6g}, \"seconds\": {:.3f}",
-      vac_phase_name(progress.phase), progress.num_swaps, progress.num_ranked, spec_.extents.num_cells(), f.fraction,
+      vac_phase_name(progress.phase), progress.num_swaps, progress.num_placed, spec_.extents.num_cells(), f.fraction,
       rate_, run_s);
   f.bar = fmt::format("{:<5}  {}", vac_phase_name(progress.phase), rate_text(rate_, "picks"));
   f.plain = fmt::format("{}  {:.1f} %  {} swaps, {} of {} pixels ranked  {}  {}", vac_phase_name(progress.phase),
-                        100 * f.fraction, progress.num_swaps, progress.num_ranked, spec_.extents.num_cells(),
+                        100 * f.fraction, progress.num_swaps, progress.num_placed, spec_.extents.num_cells(),
                         rate_text(rate_, "picks"), duration_text(run_s));
   return f;
 }
@@ -141,8 +141,8 @@ double OrderJob::rms_moved() const {
   double sum = 0;
   for (SliceIndex slice = partition.begin(rank); slice < partition.end(rank); ++slice) {
     const std::vector<std::byte> order = run_->order(slice);
-    const auto by_slice = samples_of_order(order, run_->wide(), num_pixels, slice_spec);
-    const auto by_volume = samples_of_order(order, run_->wide(), num_pixels, volume_spec);
+    const auto by_slice = samples_of_order(order, run_->codec(), num_pixels, slice_spec);
+    const auto by_volume = samples_of_order(order, run_->codec(), num_pixels, volume_spec);
     for (std::size_t i = 0; i < by_slice.size(); ++i) sum += std::pow(double{by_slice[i]} - double{by_volume[i]}, 2);
   }
   std::int64_t fixed = std::llround(sum * 0x1p30);
@@ -155,7 +155,7 @@ std::vector<std::pair<std::string, std::string>> OrderJob::summary(double run_s)
   communicator_->sum(std::span(&bytes, 1));
   const VacProgress& progress = run_->progress();
   std::vector<std::pair<std::string, std::string>> lines = {
-      {"order", fmt::format("{} pixels; {} swaps of {} points before it", progress.num_ranked, progress.num_swaps,
+      {"order", fmt::format("{} pixels; {} swaps of {} points before it", progress.num_placed, progress.num_swaps,
                             progress.num_start_points)},
       {"effort", fmt::format("{} picks in this part, {}", picks_done_, duration_text(run_s))}};
   if (config_.order.equalize == Equalize::slice) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 #include <numeric>
 
 #include "noiseloom/config/stored_config.h"
@@ -31,55 +30,14 @@ constexpr auto visit_row = [](auto&& row, const auto& visit) {
   visit("seconds", row.seconds);
 };
 
-// What the pixels of /order come to. Ranks are compared as sets by the sum of a mixture of each, so that billions need
-// no memory.
-struct Census {
-  std::int64_t num_on = 0;
-  std::int64_t num_ranked = 0;
-  std::uint64_t rank_sum = 0;
-  std::uint64_t largest = 0;  // of the ranks
-
-  static std::uint64_t mixed(std::uint64_t rank) {  // the finalizer of SplitMix64
-    std::uint64_t z = rank + 0x9E3779B97F4A7C15U;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
-    return z ^ (z >> 31);
-  }
-
-  template <class Rank>
-  void add(std::span<const std::byte> bytes) {
-    constexpr Rank on = std::numeric_limits<Rank>::max() - 1;
-    for (std::size_t at = 0; at < bytes.size(); at += sizeof(Rank)) {
-      Rank rank = 0;
-      std::memcpy(&rank, bytes.data() + at, sizeof(Rank));
-      num_on += rank == on;
-      if (rank >= on) continue;
-      ++num_ranked;
-      rank_sum += mixed(rank);
-      largest = std::max<std::uint64_t>(largest, rank);
-    }
-  }
-  void add(std::span<const std::byte> bytes, ElementType type) {
-    if (type == ElementType::uint64) {
-      add<std::uint64_t>(bytes);
-    } else {
-      add<std::uint32_t>(bytes);
-    }
-  }
-
-  static Census of_ranks(std::int64_t begin, std::int64_t end, std::int64_t num_on) {
-    Census census{num_on, end - begin, 0, begin < end ? static_cast<std::uint64_t>(end - 1) : 0};
-    for (std::int64_t rank = begin; rank < end; ++rank) census.rank_sum += mixed(static_cast<std::uint64_t>(rank));
-    return census;
-  }
-
-  friend bool operator==(const Census&, const Census&) = default;
-};
-
-Census expected_census(const OrderState& state) {
-  if (state.phase == phase_names[0]) return Census::of_ranks(0, 0, state.start_points);
-  if (state.phase != phase_names[1]) return Census::of_ranks(0, state.ranked, 0);
-  return Census::of_ranks(state.start_points - state.ranked, state.start_points, state.start_points - state.ranked);
+OrderCensus expected_census(const OrderState& state, std::int64_t num_pixels) {
+  const auto census = [&](std::int64_t begin, std::int64_t end, std::int64_t num_on) {
+    return OrderCensus::of_places(num_pixels, begin, end, num_on);
+  };
+  const std::int64_t points = state.start_points;
+  if (state.phase == phase_names[0]) return census(0, 0, points);
+  if (state.phase != phase_names[1]) return census(0, state.ranked, 0);
+  return census(points - state.ranked, points, points - state.ranked);
 }
 
 VacPhase phase_of(const OrderState& state, const std::string& path) {
@@ -138,38 +96,15 @@ void check_rows(const OrderState& state, const std::string& path) {
   faults.throw_if_any();
 }
 
-// As VoidAndCluster::wide.
-ElementType order_type(const Extents& extents) {
-  return extents.num_cells() > std::int64_t{0xFFFFFFFE} ? ElementType::uint64 : ElementType::uint32;
-}
-
-std::vector<SliceDataset> datasets_for(const Extents& extents) {
-  return order_run_datasets(order_type(extents) == ElementType::uint64);
-}
-
-// Of all slices, one after the other.
-Census census_of(const RunFileReader& file) {
-  const int order = file.dataset(order_name);
-  const RunFileContent& content = file.content();
-  std::vector<std::byte> slice(bytes_per_slice(content.datasets[static_cast<std::size_t>(order)], content.extents));
-  Census census;
-  for (SliceIndex s = 0; s < content.extents.num_slices(); ++s) {
-    file.read_slice(order, s, slice);
-    census.add(slice, order_type(content.extents));
-  }
-  return census;
-}
-
-void check_census(const Census& census, const OrderState& state, const std::string& path) {
-  const Census expected = expected_census(state);
+void check_census(const OrderCensus& census, const OrderState& state, const std::string& path) {
+  const OrderCensus expected = expected_census(state, census.num_pixels());
   if (census == expected) return;
+  const bool same_counts = census.num_placed() == expected.num_placed() && census.num_on() == expected.num_on();
   throw UserError(
-      path,
-      fmt::format(
-          "/order does not fit /state: it has {} pixels with a rank and {} that are on, expected {} and "
-          "{}{}; the file was not written by generate",
-          census.num_ranked, census.num_on, expected.num_ranked, expected.num_on,
-          census.num_ranked == expected.num_ranked && census.num_on == expected.num_on ? ", and every rank once" : ""));
+      path, fmt::format("/order does not fit /state: it has {} pixels with a rank and {} that are on, expected {} and "
+                        "{}{}; the file was not written by generate",
+                        census.num_placed(), census.num_on(), expected.num_placed(), expected.num_on(),
+                        same_counts ? ", and every rank once" : ""));
 }
 
 }  // namespace
@@ -191,7 +126,7 @@ void add_order_rows(const VacProgress& before, const VacProgress& after, std::in
   if (ended(VacPhase::drain)) add(VacPhase::fill, after.num_swaps, points);
   for (std::int64_t part = 1; part < 16; ++part) {
     const auto ranked = static_cast<std::int64_t>(static_cast<__int128>(num_pixels) * part / 16);
-    if (ranked > points && before.num_ranked < ranked && after.num_ranked >= ranked) {
+    if (ranked > points && before.num_placed < ranked && after.num_placed >= ranked) {
       add(VacPhase::fill, after.num_swaps, ranked);
     }
   }
@@ -204,7 +139,7 @@ OrderState order_state(const RunFileContent& content, const std::string& path) {
   stored_algorithm(content, path);
   ContentFaults faults(path);
   faults.require(config.optimizer.method == Method::void_and_cluster, "has an /order, but its /config another method");
-  check_datasets(content, datasets_for(content.extents), faults);
+  check_datasets(content, order_run_datasets(content.extents), faults);
   faults.throw_if_any();
   check_counts(state, content.extents.num_cells(), path);
   const std::int64_t points = vac_num_start_points(vac_spec(config));
@@ -217,12 +152,11 @@ OrderState order_state(const RunFileContent& content, const std::string& path) {
 }
 
 void check_order(const RunFileReader& file, const OrderState& state) {
-  check_census(census_of(file), state, file.path());
+  check_census(census_of_order(file), state, file.path());
 }
 
-std::vector<SliceDataset> order_run_datasets(bool wide) {
-  return {{samples_name, ElementType::float32, 1, true},
-          {order_name, wide ? ElementType::uint64 : ElementType::uint32, 1, false}};
+std::vector<SliceDataset> order_run_datasets(const Extents& extents) {
+  return {{samples_name, ElementType::float32, 1, true}, order_dataset(extents.num_cells())};
 }
 
 std::string save_order_run(FileOps& ops, const std::string& path, const RunConfig& config, const VoidAndCluster& run,
@@ -232,15 +166,15 @@ std::string save_order_run(FileOps& ops, const std::string& path, const RunConfi
   const OrderState state{.phase = vac_phase_name(progress.phase),
                          .start_points = progress.num_start_points,
                          .swaps = progress.num_swaps,
-                         .ranked = progress.num_ranked,
+                         .ranked = progress.num_placed,
                          .finished = run.done() ? "order" : "",
                          .history = history};
   RunFileContent content = content_of(config, state, visit_state, visit_row, provenance);
-  content.datasets = order_run_datasets(run.wide());
+  content.datasets = order_run_datasets(content.extents);
   const auto produce = [&](std::size_t dataset, SliceIndex slice, std::vector<std::byte>& block) {
     block = run.order(slice);
     if (dataset != 0) return;
-    const auto samples = samples_of_order(block, run.wide(), content.extents.num_cells(), config.order);
+    const auto samples = samples_of_order(block, run.codec(), content.extents.num_cells(), config.order);
     block.clear();
     append(block, samples);
   };
@@ -257,13 +191,13 @@ std::vector<OrderRow> restore_order_run(const RunFileReader* file, const RunConf
   });
   broadcast_state(state, visit_state, communicator);
 
-  Census census;
+  OrderCensus census(extents.num_cells());
   std::map<SliceIndex, std::vector<std::byte>> own;
   const auto produce = [&](SliceIndex slice, std::vector<std::byte>& block) {
     const int order = file->dataset(order_name);
     block.resize(bytes_per_slice(file->content().datasets[static_cast<std::size_t>(order)], extents));
     file->read_slice(order, slice, block);
-    census.add(block, order_type(extents));
+    census.add(run.codec(), block);
   };
   const auto consume = [&](SliceIndex slice, std::span<const std::byte> block) {
     own[slice].assign(block.begin(), block.end());

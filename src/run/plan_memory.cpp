@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "noiseloom/files/order_codec.h"
+
 namespace noiseloom {
 namespace {
 
@@ -99,11 +101,10 @@ PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, cons
   return memory;
 }
 
-PlanMemory order_memory(const VacSpec& spec, double kernel_taps, bool wide, const PlanRequest& request,
-                        const PlanRank& rank) {
+PlanMemory order_memory(const VacSpec& spec, double kernel_taps, const PlanRequest& request, const PlanRank& rank) {
   const double cells = as_double(spec.extents.cells_per_slice());
   const double own = as_double(rank.slices) * cells;
-  const double order = wide ? 8 : 4;
+  const auto order = static_cast<double>(OrderCodec::for_pixels(spec.extents.num_cells()).bytes_per_pixel());
   PlanMemory memory;
   memory.program = program_bytes(request);
   memory.texture = own * (4 + order);

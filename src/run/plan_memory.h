@@ -29,9 +29,8 @@ struct SwapSizes {
 PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, const FilterOutline& judged,
                        std::int64_t num_slices, const PlanRequest& request, const PlanRank& rank);
 
-// Void and cluster. `wide`: ranks take eight bytes.
-PlanMemory order_memory(const VacSpec& spec, double kernel_taps, bool wide, const PlanRequest& request,
-                        const PlanRank& rank);
+// Void and cluster.
+PlanMemory order_memory(const VacSpec& spec, double kernel_taps, const PlanRequest& request, const PlanRank& rank);
 
 // The program with MPI and HDF5 before any texture.
 double program_bytes(const PlanRequest& request);

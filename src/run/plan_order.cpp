@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <limits>
 
 #include "noiseloom/construct/void_and_cluster.h"
 #include "noiseloom/core/partition.h"
@@ -17,7 +16,7 @@ namespace {
 constexpr std::int64_t most_measured_pixels = std::int64_t{1} << 16;
 constexpr double measured_s = 0.3;
 constexpr std::int64_t picks_at_a_time = 1024;
-// A swap takes as long as some five ranks; there are 0.33 to 0.46 for every point in the configs of this repository.
+// A swap takes as long as some five places; there are 0.33 to 0.46 for every point in the configs of this repository.
 constexpr double swap_cost = 5;
 constexpr double usual_swaps_per_point = 0.4;
 
@@ -57,7 +56,7 @@ VacSpec reduced(const VacSpec& spec) {
 
 struct Measured {
   std::string size;
-  double seconds_per_rank;
+  double seconds_per_place;
   double swaps_per_point;
   bool whole;  // the texture itself, from beginning to end
 };
@@ -75,7 +74,7 @@ Measured measure(const VacSpec& spec) {
   const bool swapped = progress.phase != VacPhase::swap && progress.num_start_points > 0;
   const double per_point =
       swapped ? as_double(progress.num_swaps) / as_double(progress.num_start_points) : usual_swaps_per_point;
-  const double work = swap_cost * as_double(progress.num_swaps) + as_double(progress.num_ranked);
+  const double work = swap_cost * as_double(progress.num_swaps) + as_double(progress.num_placed);
   const double scale = num_taps(spec, spec.extents) / num_taps(spec, small.extents);
   return {small.extents.to_string(), scale * elapsed_s() / std::max(1.0, work),
           progress.num_start_points > 0 ? per_point : 0, run.done() && small.extents == spec.extents};
@@ -116,13 +115,12 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request) {
   plan.filter.taps = plan.filter.judged_taps = static_cast<std::int64_t>(taps);
   plan.filter.exact = false;
 
-  const bool wide = extents.num_cells() > std::int64_t{std::numeric_limits<std::uint32_t>::max()} - 1;
   const Partition partition(extents.num_slices(), request.ranks);
   double writer = 0;
   double other = 0;
   for (const int rank : ranks_to_look_at(request.ranks)) {
     PlanRank entry{rank, partition.count(rank), 0, 0};
-    const PlanMemory memory = order_memory(spec, taps, wide, request, entry);
+    const PlanMemory memory = order_memory(spec, taps, request, entry);
     entry.bytes = memory.peak();
     if (entry.bytes > plan.most.peak()) plan.most = memory;
     (rank == 0 ? writer : other) = std::max(rank == 0 ? writer : other, entry.bytes);
@@ -130,14 +128,14 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request) {
   }
   plan.node_bytes = bytes_of_node(writer, other, request);
   const double pixels = as_double(extents.num_cells());
-  add_file_sizes(config, order_run_datasets(wide), plan);
+  add_file_sizes(config, order_run_datasets(extents), plan);
 
   const Measured measured = measure(spec);
   const double points = std::floor(spec.density * pixels);
   plan.phases = {points, std::round(points * measured.swaps_per_point), measured.size};
   PlanTime& time = plan.time;
   time.stop = "order";
-  time.candidate_us = measured.seconds_per_rank * 1e6;
+  time.candidate_us = measured.seconds_per_place * 1e6;
   // A pick travels as about five bytes to every rank, in batches of hundreds.
   if (request.ranks > 1) {
     time.exchange = (2 * plan.phases.swaps + pixels / 256) * 10e-6 * std::log2(request.ranks);
@@ -145,8 +143,8 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request) {
   }
   const double workers = std::min(as_double(extents.num_slices()), as_double(request.ranks) * request.threads);
   // Swaps go one after another; of the rest, searches and energies are shared out.
-  time.moves = swap_cost * plan.phases.swaps * measured.seconds_per_rank +
-               pixels * measured.seconds_per_rank * (0.4 + 0.6 / std::max(1.0, workers));
+  time.moves = swap_cost * plan.phases.swaps * measured.seconds_per_place +
+               pixels * measured.seconds_per_place * (0.4 + 0.6 / std::max(1.0, workers));
   time.start = 0.1 + points * 50e-9;
   time.saves = save_seconds(plan.run_file_bytes) * (1 + std::floor(time.total() / 600));
   time.spread = measured.whole ? 1.3 : 2;

@@ -216,7 +216,7 @@ TEST(VoidAndCluster, RefusesAnOrderThatIsNotThatOfItsProgress) {
   const auto order = [&](SliceIndex slice) { return from->order(slice); };
   for (; !from->done(); from->advance(10)) {
     VacProgress other = from->progress();
-    ++other.num_ranked;
+    ++other.num_placed;
     EXPECT_THROW(LocalRun(spec)->restore(other, order), UserError);
     other = from->progress();
     ++other.num_start_points;
@@ -260,7 +260,7 @@ TEST(VoidAndCluster, DoesAtMostAsManyPicksAsAsked) {
     const auto before = run->progress();
     run->advance(5);
     const auto& after = run->progress();
-    ASSERT_LE(after.num_swaps + after.num_ranked, before.num_swaps + before.num_ranked + 5);
+    ASSERT_LE(after.num_swaps + after.num_placed, before.num_swaps + before.num_placed + 5);
   }
 }
 

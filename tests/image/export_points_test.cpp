@@ -148,9 +148,8 @@ TEST(ExportPoints, RefusesFilesWithoutASequenceOrWithHalfOfOne) {
   EXPECT_THAT(error("plain.h5"), AllOf(HasSubstr("plain.h5: holds no /order"), HasSubstr("\"void-and-cluster\"")));
   for (const ElementType type : {ElementType::uint32, ElementType::uint64}) {
     std::vector<std::uint64_t> ranks = test_ranks();
-    const std::uint64_t none = type == ElementType::uint32 ? ~std::uint32_t{0} : ~std::uint64_t{0};
-    ranks[5] = none;
-    ranks[461] = none - 1;
+    ranks[5] = off_without_place;
+    ranks[461] = on_without_place;
     write_mask_file(folder / "half.h5", extents, ranks, type);
     EXPECT_THAT(error("half.h5"), AllOf(HasSubstr("not finished: 460 of 462"), HasSubstr("--resume")));
   }

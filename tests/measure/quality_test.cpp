@@ -18,7 +18,7 @@ const GroupQuality& group_of(const SpectralQuality& quality, const std::string& 
 }
 
 SpectralQuality quality_of(const VacSpec& spec) {
-  return spectral_quality(mask_texture(spec.extents, mask_ranks(spec)), DistanceKind::absolute, nullptr);
+  return spectral_quality(mask_texture(spec.extents, mask_places(spec)), DistanceKind::absolute, nullptr);
 }
 
 TEST(SpectralQuality, OfWhiteNoiseIsOne) {

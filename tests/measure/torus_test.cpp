@@ -10,7 +10,7 @@ namespace {
 
 TEST(Torus, AShiftChangesNoSpectrum) {
   const VacSpec spec = testing_support::vac_spec({24, 20, 12}, {{0, 1}, {2}});
-  const std::vector<std::uint64_t> ranks = mask_ranks(spec);
+  const std::vector<std::uint64_t> ranks = mask_places(spec);
   std::vector<std::uint64_t> moved(ranks.size());
   for (std::uint64_t p = 0; p < ranks.size(); ++p)
     moved[testing_support::shifted(spec.extents, p, {7, 19, 5})] = ranks[p];
@@ -91,7 +91,7 @@ const std::vector<std::int64_t> sizes = {64, 64, 32};
 TEST(Torus, NeighboursAcrossTheSeamAreAsThoseInside) {
   if (testing_support::under_sanitizers) GTEST_SKIP() << "131072 pixels take ten seconds under sanitizers";
   const VacSpec spec = testing_support::vac_spec(sizes, {{0, 1}, {2}});
-  const std::vector<std::uint64_t> ranks = mask_ranks(spec);
+  const std::vector<std::uint64_t> ranks = mask_places(spec);
   for (int axis = 0; axis < 3; ++axis) {
     const Layers layers(spec.extents, ranks, axis);
     for (const std::size_t lag : {1, 2, 3}) {
@@ -110,7 +110,7 @@ TEST(Torus, TheSeamOfABoundedAxisIsFree) {
     VacSpec spec = testing_support::vac_spec(sizes, {{0, 1}, {2}});
     spec.toroidal = {true, true, true};
     spec.toroidal[static_cast<std::size_t>(bounded)] = false;
-    const std::vector<std::uint64_t> ranks = mask_ranks(spec);
+    const std::vector<std::uint64_t> ranks = mask_places(spec);
     for (int axis = 0; axis < 3; ++axis) {
       const Layers layers(spec.extents, ranks, axis);
       const std::size_t last = layers.count() - 1;

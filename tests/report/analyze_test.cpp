@@ -160,7 +160,7 @@ TEST(Analyze, NeedsNoConfigForPicturesAndSpectra) {
 TEST(Analyze, ShowsThePointsOfAMaskAndTheAxesThatItsFilterGroups) {
   const TemporaryFolder folder;
   const VacSpec spec = testing_support::vac_spec({23, 21, 5, 7}, {{0, 1}, {2, 3}});
-  write_mask_file(folder / "mask.h5", spec.extents, mask_ranks(spec));
+  write_mask_file(folder / "mask.h5", spec.extents, mask_places(spec));
   const SpectralQuality quality = analyze(load_texture(folder / "mask.h5", std::nullopt), folder / "report");
   for (const char* const name :
        {"points_0.02.png", "points_0.5.png", "spectrum_tz.png", "spectrum_tz.csv", "spectrum_xz.png", "spectra.svg"})
@@ -176,7 +176,7 @@ TEST(Analyze, ShowsThePointsOfAMaskAndTheAxesThatItsFilterGroups) {
   ImageReader reader(folder / "report/points_0.02.png");
   std::vector<std::byte> bytes(reader.shape(0).num_bytes());
   reader.read_rows(0, 0, reader.shape(0).height, bytes);
-  const auto order = mask_ranks(spec);
+  const auto order = mask_places(spec);
   ASSERT_EQ(reader.shape(0).height, 21 * 9);
   ASSERT_EQ(reader.shape(0).width, 23 * 9);
   for (std::size_t y = 0; y < 21; ++y)
@@ -188,7 +188,7 @@ TEST(Analyze, RefusesAMaskThatIsNotFinished) {
   const TemporaryFolder folder;
   std::vector<std::uint64_t> ranks(35);
   for (std::size_t p = 0; p < 35; ++p) ranks[p] = p;
-  ranks[3] = ~std::uint32_t{0};
+  ranks[3] = off_without_place;
   write_mask_file(folder / "mask.h5", Extents({7, 5}), ranks);
   EXPECT_THAT(user_error_of([&] { load_texture(folder / "mask.h5", std::nullopt); }),
               HasSubstr("mask.h5: not finished: 34 of 35 pixels"));

@@ -136,20 +136,20 @@ TEST(OrderCheckpoint, FileHoldsOrderMarksAndSamples) {
       EXPECT_EQ(reader.content().checksums.at("/samples"), checksum);
       const OrderState state = order_state(reader.content(), reader.path());
       EXPECT_EQ(state.start_points, 200);
-      EXPECT_EQ(state.ranked, run.vac.progress().num_ranked);
+      EXPECT_EQ(state.ranked, run.vac.progress().num_placed);
       EXPECT_EQ(state.finished, "");
       const auto order = values_of<std::uint32_t>(reader, "/order");
       const auto samples = values_of<float>(reader, "/samples");
       std::int64_t num_on = 0;
-      std::set<std::uint32_t> ranks;
+      std::set<std::uint32_t> places;
       for (std::size_t i = 0; i < order.size(); ++i) {
         num_on += order[i] == 0xFFFFFFFEU;
         EXPECT_EQ(std::isnan(samples[i]), order[i] >= 0xFFFFFFFEU);
         if (order[i] >= 0xFFFFFFFEU) continue;
-        ranks.insert(order[i]);
-        EXPECT_EQ(samples[i], sample_of_rank(order[i], order.size(), config.order.bits));
+        places.insert(order[i]);
+        EXPECT_EQ(samples[i], sample_of_place(order[i], order.size(), config.order.bits));
       }
-      EXPECT_EQ(static_cast<std::int64_t>(ranks.size()), state.ranked);
+      EXPECT_EQ(static_cast<std::int64_t>(places.size()), state.ranked);
       EXPECT_EQ(num_on, state.phase == "fill" ? 0 : 200 - state.ranked);
     }
   }
@@ -167,12 +167,12 @@ TEST(OrderCheckpoint, RefusesAnOrderThatContradictsItsCounts) {
   const SharedFolder folder(world);
   const RunConfig config = config_of();
   const std::vector<Change> changes = {
-      {"twice the same rank", [](auto&, auto& order) { order[5] = order[6]; }, "every rank once"},
-      {"a rank past the end", [](auto&, auto& order) { order[5] = 1001; }, "every rank once"},
-      {"a pixel without rank", [](auto&, auto& order) { order[5] = ~0U; }, "1000 pixels with a rank"},
+      {"twice the same place", [](auto&, auto& order) { order[5] = order[6]; }, "every rank once"},
+      {"a place past the end", [](auto&, auto& order) { order[5] = 1001; }, "every rank once"},
+      {"a pixel without place", [](auto&, auto& order) { order[5] = ~0U; }, "1000 pixels with a rank"},
       {"a pixel that is on", [](auto&, auto& order) { order[5] = ~0U - 1; }, "1 that are on"},
       {"a phase of its own", [](auto& content, auto&) { content.state["phase"] = std::string("melt"); }, "\"melt\""},
-      {"too few ranks", [](auto& content, auto&) { content.state["ranked"] = std::int64_t{7}; }, "no run has this"},
+      {"too few places", [](auto& content, auto&) { content.state["ranked"] = std::int64_t{7}; }, "no run has this"},
       {"counts of another phase", [](auto& content, auto&) { content.state["phase"] = std::string("drain"); },
        "no run has this"},
       {"points of another density", [](auto& content, auto&) { content.state["start_points"] = std::int64_t{100}; },

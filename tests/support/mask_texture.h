@@ -1,7 +1,6 @@
 // Void-and-cluster masks, and run files that hold them.
 #pragma once
 
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <string>
@@ -9,6 +8,7 @@
 
 #include "noiseloom/construct/void_and_cluster.h"
 #include "noiseloom/dist/communicator.h"
+#include "noiseloom/files/order_codec.h"
 #include "support/mpi_session.h"
 #include "support/run_files.h"
 #include "support/sanitizers.h"
@@ -16,29 +16,28 @@
 
 namespace noiseloom {
 
-// The rank of every pixel, x fastest; of a texture whose ranks fit uint32.
-inline std::vector<std::uint64_t> mask_ranks(const VacSpec& spec) {
+// The place of every pixel, x fastest.
+inline std::vector<std::uint64_t> mask_places(const VacSpec& spec) {
   const Communicator communicator = Communicator::self();
   ThreadPool pool(1);
   VoidAndCluster run(spec, communicator, pool);
   run.start();
   run.advance(std::numeric_limits<std::int64_t>::max());
-  std::vector<std::uint64_t> ranks;
+  std::vector<std::uint64_t> places;
   for (SliceIndex s = 0; s < spec.extents.num_slices(); ++s) {
     const std::vector<std::byte> bytes = run.order(s);
-    std::vector<std::uint32_t> slice(bytes.size() / sizeof(std::uint32_t));
-    std::memcpy(slice.data(), bytes.data(), bytes.size());
-    ranks.insert(ranks.end(), slice.begin(), slice.end());
+    for (std::size_t cell = 0; cell < run.codec().num_pixels(bytes); ++cell)
+      places.push_back(run.codec().get(bytes, cell));
   }
-  return ranks;
+  return places;
 }
 
-// (rank + 0.5) / N, as float.
-inline Texture mask_texture(const Extents& extents, const std::vector<std::uint64_t>& ranks) {
+// (place + 0.5) / N, as float.
+inline Texture mask_texture(const Extents& extents, const std::vector<std::uint64_t>& places) {
   Texture texture = make_texture(extents, 1);
-  for (std::size_t i = 0; i < ranks.size(); ++i)
+  for (std::size_t i = 0; i < places.size(); ++i)
     texture.values[i] =
-        static_cast<float>((static_cast<double>(ranks[i]) + 0.5) / static_cast<double>(extents.num_cells()));
+        static_cast<float>((static_cast<double>(places[i]) + 0.5) / static_cast<double>(extents.num_cells()));
   return texture;
 }
 
@@ -58,21 +57,22 @@ inline RunConfig mask_config(const Extents& extents) {
 }
 
 // A run file with /order, and /samples that follow from it.
-inline void write_mask_file(const std::string& path, const Extents& extents, const std::vector<std::uint64_t>& ranks,
+inline void write_mask_file(const std::string& path, const Extents& extents, const std::vector<std::uint64_t>& places,
                             ElementType type = ElementType::uint32) {
   RunFileContent content;
   content.extents = extents;
   content.config = to_toml(mask_config(extents));
-  content.datasets = {{"/samples", ElementType::float32, 1, true}, {"/order", type, 1, false}};
-  const Texture texture = mask_texture(extents, ranks);
+  content.datasets = {{"/samples", ElementType::float32, 1, true}, {order_name, type, 1, false}};
+  const Texture texture = mask_texture(extents, places);
   const std::size_t cells = static_cast<std::size_t>(extents.cells_per_slice());
+  const OrderCodec codec(type);
+  std::vector<std::byte> bytes(cells * codec.bytes_per_pixel());
   RunFileWriter writer(posix_file_ops(), path, content);
   for (SliceIndex s = 0; s < extents.num_slices(); ++s) {
     writer.write_slice(0, s, std::as_bytes(std::span(texture.slice(s), cells)));
-    const std::span<const std::uint64_t> slice(ranks.data() + static_cast<std::size_t>(s) * cells, cells);
-    const std::vector<std::uint32_t> narrow_ranks(slice.begin(), slice.end());
-    writer.write_slice(1, s,
-                       type == ElementType::uint64 ? std::as_bytes(slice) : std::as_bytes(std::span(narrow_ranks)));
+    const std::span<const std::uint64_t> slice(places.data() + static_cast<std::size_t>(s) * cells, cells);
+    codec.write(slice, bytes);
+    writer.write_slice(1, s, bytes);
   }
   writer.publish();
 }

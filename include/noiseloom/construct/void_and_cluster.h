@@ -12,12 +12,12 @@
 // is a total order:
 //   swap   the pixel that is on with the largest key is turned off, then the one that is off with the smallest key is
 //          turned on, until both are the same pixel. The sum of keys falls with every swap, so this ends.
-//   drain  from the pattern of n points: the pixel on with the largest key gets rank n-1 and is turned off, and so on.
-//   fill   from the pattern again: the pixel off with the smallest key gets the next rank and is turned on, until all
+//   drain  from the pattern of n points: the pixel on with the largest key gets place n-1 and is turned off, and so on.
+//   fill   from the pattern again: the pixel off with the smallest key gets the next place and is turned on, until all
 //          are. Beyond half this is the paper's third phase too: the tightest cluster of what is off is the emptiest
 //          place of what is on, because the energies of the two add up to the same constant everywhere (on a torus).
 //
-// Distributed: a rank holds the energies and the ranks of the pixels of its own slices, nothing else that grows with
+// Distributed: a rank holds the energies and the places of the pixels of its own slices, nothing else that grows with
 // the texture but the few candidates below and, for the pairs among them, a table of bins. Energies never travel.
 //   start  every rank draws the whole pattern and keeps what falls into its slices; the number of pixels drawn twice is
 //          summed. Whenever energies are computed anew, the pixels that are on travel as one bit a pixel.
@@ -40,6 +40,7 @@
 #include "noiseloom/core/extents.h"
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/dist/communicator.h"
+#include "noiseloom/files/order_codec.h"
 
 namespace noiseloom {
 
@@ -83,12 +84,12 @@ std::vector<std::uint64_t> vac_start_pattern(const VacSpec& spec);
 enum class VacPhase : std::int32_t { swap = 0, drain = 1, fill = 2, done = 3 };
 
 // With the order, everything that a run is between any two picks. Energies are not part of it: they follow exactly from
-// the pixels that are on, which are the marked ones (swap, drain) or the ranked ones (fill).
+// the pixels that are on, which are the marked ones (swap, drain) or those with a place (fill).
 struct VacProgress {
   VacPhase phase = VacPhase::swap;
   std::int64_t num_start_points = 0;
   std::int64_t num_swaps = 0;
-  std::int64_t num_ranked = 0;
+  std::int64_t num_placed = 0;  // pixels that have their place
   friend bool operator==(const VacProgress&, const VacProgress&) = default;
 };
 
@@ -117,11 +118,9 @@ class VoidAndCluster {
   const VacProgress& progress() const;  // the same on every rank
   const Partition& partition() const;
 
-  // Ranks are uint64 past 2^32 - 2 pixels, else uint32: the two largest values mark pixels without a rank yet.
-  bool wide() const;
-  // The ranks of an own slice, [y][x], little-endian; the largest value is a pixel that is off and has no rank, the
-  // second largest one that is on and has none.
+  // The places of an own slice, [y][x], and marks where pixels have none yet: the bytes of /order, which codec() reads.
   std::vector<std::byte> order(SliceIndex slice) const;
+  OrderCodec codec() const;
 
   std::int64_t collectives() const;  // MPI's, by this rank since it was made; none when it is alone
   std::int64_t bytes_sent() const;   // that this rank gave to them

@@ -7,28 +7,23 @@
 #include <span>
 #include <string>
 
+#include "noiseloom/files/order_codec.h"
 #include "noiseloom/files/run_file.h"
 
 namespace noiseloom {
 
-// Why a run file with that content has no sequence; "" where it has one.
-std::string why_no_order(const RunFileContent& content);
-
 // /order of an open run file. `path` is for messages; the reader must outlive it.
 class PixelOrder {
  public:
-  // Throws UserError where the file holds no /order, or where pixels have no rank yet (all of it is read).
+  // Throws UserError where the file holds no /order, or where pixels have no place yet (all of it is read).
   PixelOrder(const RunFileReader& reader, const std::string& path);
 
   std::int64_t num_pixels() const { return reader_.content().extents.num_cells(); }
-  // The rank of every cell of the slice, below num_pixels(); uint32 or uint64 in the file.
-  void read_slice(SliceIndex slice, std::span<std::uint64_t> ranks) const;
+  // The place of every cell of the slice, below num_pixels().
+  void read_slice(SliceIndex slice, std::span<std::uint64_t> places) const;
 
  private:
-  void require_all_ranked() const;
-
   const RunFileReader& reader_;
-  std::string path_;
   int dataset_;
 };
 

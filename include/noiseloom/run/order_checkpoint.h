@@ -1,10 +1,10 @@
 // Between a run of void and cluster and its run file.
 //
-// /order holds the rank of every pixel; while the run is not finished, the largest value of its type marks a pixel that
-// is off and has no rank yet, the one below it a pixel that is on and has none. /samples follows from it
-// (construct/order_samples.h): final where the pixel has a rank, NaN where it has none. With /state this is all that a
-// run is. /history has a row at every quarter of as many swaps as there are points, at the end of each phase, and at
-// every sixteenth of the ranks: at the same counts however the run is divided into steps, parts, ranks and threads.
+// /order (files/order_codec.h) holds the place of every pixel, or while it has none, whether it is on. /samples follows
+// from it (construct/order_samples.h): final where the pixel has a place, NaN where it has none. With /state this is
+// all that a run is. /history has a row at every quarter of as many swaps as there are points, at the end of each
+// phase, and at every sixteenth of the places: at the same counts however the run is divided into steps, parts, ranks
+// and threads.
 #pragma once
 
 #include <map>
@@ -24,7 +24,7 @@ const char* vac_phase_name(VacPhase phase);  // "swap", "drain", "fill", "done"
 struct OrderRow {
   double phase = 0;   // as in VacPhase
   double swaps = 0;   // done so far
-  double ranked = 0;  // pixels that have a rank
+  double ranked = 0;  // pixels that have a place
   double seconds = 0;
 };
 
@@ -33,7 +33,7 @@ struct OrderState {
   std::int64_t start_points = 0;
   std::int64_t swaps = 0;
   std::int64_t ranked = 0;
-  std::string finished;  // "order" when every pixel has its rank
+  std::string finished;  // "order" when every pixel has its place
   std::vector<OrderRow> history;
 };
 
@@ -47,8 +47,8 @@ OrderState order_state(const RunFileContent& content, const std::string& path);
 // Throws UserError if /order does not hold exactly the pixels that `state` (order_state) counts.
 void check_order(const RunFileReader& file, const OrderState& state);
 
-// What save_order_run writes; `wide`: ranks of 64 bits.
-std::vector<SliceDataset> order_run_datasets(bool wide);
+// What save_order_run writes.
+std::vector<SliceDataset> order_run_datasets(const Extents& extents);
 
 // Publishes the present state at `path`, like save_run. *Collective*
 std::string save_order_run(FileOps& ops, const std::string& path, const RunConfig& config, const VoidAndCluster& run,
