@@ -13,7 +13,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr const char* config_text = R"([texture]
+constexpr const char* swap_config_text = R"([texture]
 size = { x = 7, y = 5, t = 9 }
 [filter]
 groups = [ { axes = "xy", kernel = "box", size = 3 }, { axes = "t", kernel = "ema", alpha = 0.1 } ]
@@ -49,8 +49,8 @@ struct SwapRun {
   SwapOptimizer engine;
 };
 
-RunConfig config_of(const std::vector<std::string>& overrides = {}) {
-  return parse_config(config_text, "run.toml", "", overrides);
+RunConfig swap_config_of(const std::vector<std::string>& overrides = {}) {
+  return parse_config(swap_config_text, "run.toml", "", overrides);
 }
 
 // A run file with other /state and other ids of one slice, written by rank 0 alone.
@@ -58,7 +58,7 @@ void write_changed(const Communicator& world, const std::string& path, SliceInde
                    const std::function<void(RunFileContent&, std::vector<std::uint32_t>&)>& change) {
   if (world.is_root()) {
     const Communicator alone = Communicator::self();
-    SwapRun run(config_of(), alone);
+    SwapRun run(swap_config_of(), alone);
     run.engine.start();
     run.steps(3);
     run.save(path + ".good");
@@ -96,16 +96,16 @@ std::string restoring(const std::string& path, const RunConfig& config, const Co
 TEST(SwapCheckpoint, GoesOnFromEveryStepOfASweep) {
   const Communicator world = Communicator::world();
   const SharedFolder folder(world);
-  SwapRun straight(config_of(), world);
+  SwapRun straight(swap_config_of(), world);
   straight.engine.start();
   straight.steps(1'000'000);
   const std::string expected = straight.save(folder / "straight.h5");
   for (const int steps : {0, 1, 3, 4, 17}) {
-    SwapRun begun(config_of(), world);
+    SwapRun begun(swap_config_of(), world);
     begun.engine.start();
     begun.steps(steps);
     begun.save(folder / "run.h5");
-    SwapRun run(config_of(), world);
+    SwapRun run(swap_config_of(), world);
     run.restore(folder / "run.h5");
     run.steps(1'000'000);
     EXPECT_EQ(run.save(folder / "run.h5"), expected) << steps;
@@ -136,7 +136,7 @@ TEST(SwapCheckpoint, RefusesContentsThatNoRunHasOnEveryRank) {
   for (const Change& change : changes) {
     SCOPED_TRACE(change.words);
     write_changed(world, folder / "run.h5", change.slice, change.apply);
-    const std::string said = restoring(folder / "run.h5", config_of(), world);
+    const std::string said = restoring(folder / "run.h5", swap_config_of(), world);
     EXPECT_THAT(said, HasSubstr(change.words));
     if (said != "good") {
       EXPECT_THAT(said, HasSubstr(folder / "run.h5"));
@@ -150,7 +150,7 @@ TEST(SwapCheckpoint, RefusesTheRunOfAnotherAlgorithm) {
   const SharedFolder folder(world);
   write_changed(world, folder / "run.h5", 0,
                 [](auto& content, auto&) { content.state["algorithm"] = anneal_algorithm + 1; });
-  const std::string said = restoring(folder / "run.h5", config_of(), world);
+  const std::string said = restoring(folder / "run.h5", swap_config_of(), world);
   EXPECT_THAT(said,
               HasSubstr("run.h5: begun with algorithm 3 of anneal (noiseloom 9.9), but this program has algorithm 2"));
   EXPECT_THAT(said, HasSubstr("finish it with a program of algorithm 3, or start afresh"));
@@ -160,7 +160,7 @@ TEST(SwapCheckpoint, RefusesTheRunOfAnotherAlgorithm) {
     for (const char* name : {"algorithm", "relative_error", "iterations", "scored_iterations", "scored_step"})
       content.state.erase(name);
   });
-  EXPECT_THAT(restoring(folder / "run.h5", config_of(), world), HasSubstr("begun with algorithm 1 of anneal"));
+  EXPECT_THAT(restoring(folder / "run.h5", swap_config_of(), world), HasSubstr("begun with algorithm 1 of anneal"));
 }
 
 TEST(SwapCheckpoint, RanksThatHaveNoFilesWorkFromThoseOfRank0) {
@@ -173,7 +173,7 @@ TEST(SwapCheckpoint, RanksThatHaveNoFilesWorkFromThoseOfRank0) {
     write_npy(folder / "mine.npy", std::vector<std::int64_t>{35}, list);
   }
   const std::string where = world.is_root() ? (folder / "") : "/no such folder/";
-  RunConfig config = parse_config(config_text, "run.toml", where, overrides, MissingFiles::accepted);
+  RunConfig config = parse_config(swap_config_text, "run.toml", where, overrides, MissingFiles::accepted);
   share_inputs(config, nullptr, world);
   ASSERT_TRUE(config.problem.samples.array);
   SwapRun run(config, world);
@@ -185,10 +185,10 @@ TEST(SwapCheckpoint, RanksThatHaveNoFilesWorkFromThoseOfRank0) {
   if (world.is_root()) std::filesystem::remove(folder / "mine.npy");
   std::unique_ptr<RunFileReader> reader;
   world.on_root([&] { reader = std::make_unique<RunFileReader>(folder / "run.h5"); });
-  RunConfig again = parse_config(config_text, "run.toml", where, overrides, MissingFiles::accepted);
+  RunConfig again = parse_config(swap_config_text, "run.toml", where, overrides, MissingFiles::accepted);
   share_inputs(again, reader.get(), world);
   EXPECT_EQ(*again.problem.samples.array, *config.problem.samples.array);
-  RunConfig afresh = parse_config(config_text, "run.toml", where, overrides, MissingFiles::accepted);
+  RunConfig afresh = parse_config(swap_config_text, "run.toml", where, overrides, MissingFiles::accepted);
   EXPECT_THROW(share_inputs(afresh, nullptr, world), SharedUserError);
 }
 
