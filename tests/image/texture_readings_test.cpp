@@ -8,11 +8,11 @@
 #include <cstring>
 #include <numbers>
 
+#include "image/texture_readings.h"
 #include "noiseloom/files/npy.h"
 #include "noiseloom/image/image_io.h"
 #include "noiseloom/image/sample_check.h"
 #include "noiseloom/image/texture_file.h"
-#include "support/run_files.h"
 
 namespace noiseloom {
 namespace {
@@ -22,48 +22,6 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-// A number in [0, 1) for each index, as noise has them.
-double noise(std::size_t i) {
-  std::uint64_t z = (static_cast<std::uint64_t>(i) + 1) * 0x9e3779b97f4a7c15ULL;
-  z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ z >> 27) * 0x94d049bb133111ebULL;
-  return static_cast<double>((z ^ z >> 31) >> 11) * 0x1p-53;
-}
-
-template <class T>
-std::string raw(const std::vector<T>& values, bool big_endian = false) {
-  std::string bytes(values.size() * sizeof(T), '\0');
-  std::memcpy(bytes.data(), values.data(), bytes.size());
-  for (std::size_t at = 0; big_endian && at < bytes.size(); at += sizeof(T))
-    std::reverse(bytes.begin() + static_cast<std::ptrdiff_t>(at),
-                 bytes.begin() + static_cast<std::ptrdiff_t>(at + sizeof(T)));
-  return bytes;
-}
-
-std::vector<float> noise_floats(std::size_t count) {
-  std::vector<float> values;
-  for (std::size_t i = 0; i < count; ++i) values.push_back(static_cast<float>(noise(i)));
-  return values;
-}
-
-// An image of 8 bits; code(x, y, channel).
-template <class Code>
-void write_codes(const std::string& path, int width, int height, int channels, Code code) {
-  std::vector<std::byte> bytes;
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      for (int c = 0; c < channels; ++c) bytes.push_back(std::byte(static_cast<std::uint8_t>(code(x, y, c))));
-  ImageJob job;
-  job.block = {width, height, channels, PixelType::uint8, {}, channels == 4 ? 3 : -1};
-  write_image(path, job, [&](int) { return std::span<const std::byte>(bytes); });
-}
-
-std::string error_of(const std::string& path, const RunConfig& config, const TextureReading& reading = {}) {
-  return user_error_of([&] { load_texture(path, config, reading); });
-}
-
-// --- Headerless numbers ---
 
 TEST(Headerless, FloatsAreKnownByTheirValuesInEitherByteOrder) {
   const TemporaryFolder folder;
@@ -156,8 +114,6 @@ TEST(Headerless, AJsonOfSomethingElseIsLeftAlone) {
   }
 }
 
-// --- Channels ---
-
 TEST(Channels, AScalarOfSeveralIsSaidAndCanBeChosen) {
   const TemporaryFolder folder;
   write_codes(folder / "a.png", 11, 7, 4, [](int x, int y, int c) { return 3 * x + 29 * y + 60 * c * x; });
@@ -207,8 +163,6 @@ TEST(Channels, OfAListAreAsManyAsTheListHas) {
   EXPECT_NEAR(texture.values[5], std::cos(0.4), 0.01);
   EXPECT_NEAR(texture.values[77 + 5], std::sin(0.4), 0.01);
 }
-
-// --- Values outside the space ---
 
 TEST(Space, AnglesInOtherUnitsAreRefusedAndNamed) {
   const TemporaryFolder folder;
@@ -269,8 +223,6 @@ TEST(Space, HugeNumbersAreRefusedWhateverTheSamples) {
   write_npy(folder / "a.npy", shape, values);
   EXPECT_THAT(error_of(folder / "a.npy", small_config("gauss", "x = 11, y = 7")), HasSubstr("values within 1e18"));
 }
-
-// --- Arrays ---
 
 Texture load_array(const TemporaryFolder& folder, const std::vector<std::int64_t>& shape,
                    const std::optional<RunConfig>& config, const TextureReading& reading = {}) {
@@ -371,125 +323,6 @@ TEST(Array, IntegersAreCodesOrPlacesInAnOrder) {
   const std::vector<std::int64_t> shape = {7, 11};
   write_npy(folder / "a.npy", shape, whole);
   EXPECT_THAT(error_of(folder / "a.npy", config), HasSubstr("codes of 8 bits?"));
-}
-
-// --- Where the slices lie ---
-
-int tile_code(int x, int y, int slice) { return (7 * x + 31 * y + 83 * slice) % 256; }
-
-void expect_tiles(const Texture& texture) {
-  const int width = static_cast<int>(texture.extents.width());
-  const int height = static_cast<int>(texture.extents.height());
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
-    for (int y = 0; y < height; ++y)
-      for (int x = 0; x < width; ++x)
-        ASSERT_FLOAT_EQ(texture.slice(s)[y * width + x], static_cast<float>((tile_code(x, y, s) + 0.5) / 256))
-            << s << " " << x << " " << y;
-}
-
-TEST(Layout, RowsAndAtlasesAreFoundFromTheSize) {
-  const TemporaryFolder folder;
-  const RunConfig config = small_config("uniform", "x = 5, y = 3, t = 6");
-  write_codes(folder / "row.png", 30, 3, 1, [](int x, int y, int) { return tile_code(x % 5, y, x / 5); });
-  expect_tiles(load_texture(folder / "row.png", config).texture);
-  write_codes(folder / "atlas.png", 15, 6, 1,
-              [](int x, int y, int) { return tile_code(x % 5, y % 3, x / 5 + 3 * (y / 3)); });
-  const TextureFile atlas = load_texture(folder / "atlas.png", config);
-  expect_tiles(atlas.texture);
-  EXPECT_THAT(atlas.notes, Contains(HasSubstr("left to right, then down (atlas:3x2)")));
-  write_codes(folder / "down.png", 15, 6, 1,
-              [](int x, int y, int) { return tile_code(x % 5, y % 3, y / 3 + 2 * (x / 5)); });
-  expect_tiles(load_texture(folder / "down.png", config, {.layout = "atlas-down:3x2"}).texture);
-  EXPECT_THAT(error_of(folder / "row.png", config, {.layout = "strip"}),
-              HasSubstr("30 x 3 pixels, but the config says"));
-  for (const char* const layout : {"atlas", "atlas:3", "atlas:3x", "atlas:0x2", "rows", "atlas:3x2x1"})
-    EXPECT_THAT(error_of(folder / "row.png", config, {.layout = layout}), HasSubstr("--layout")) << layout;
-}
-
-TEST(Layout, AnAtlasMayHavePlacesLeft) {
-  const TemporaryFolder folder;
-  write_codes(folder / "atlas.png", 15, 6, 1,
-              [](int x, int y, int) { return tile_code(x % 5, y % 3, x / 5 + 3 * (y / 3)); });
-  const RunConfig config = small_config("uniform", "x = 5, y = 3, t = 5");
-  EXPECT_NE(error_of(folder / "atlas.png", config), "");
-  expect_tiles(load_texture(folder / "atlas.png", config, {.layout = "atlas:3x2"}).texture);
-}
-
-TEST(Layout, OfAnUnknownSizeIsAskedForWhereTwoFit) {
-  const TemporaryFolder folder;
-  write_codes(folder / "wide.png", 12, 4, 1, [](int x, int y, int) { return tile_code(x, y, 0); });
-  EXPECT_THAT(user_error_of([&] { suggested_extents(folder / "wide.png", 1, {}); }),
-              AllOf(HasSubstr("--layout image"), HasSubstr("3 slices of 4 x 4"), HasSubstr("--layout row")));
-  EXPECT_EQ(suggested_extents(folder / "wide.png", 1, {.layout = "image"}), Extents({12, 4}));
-  EXPECT_EQ(suggested_extents(folder / "wide.png", 1, {.layout = "row"}), Extents({4, 4, 3}));
-  EXPECT_EQ(suggested_extents(folder / "wide.png", 1, {.layout = "atlas:3x2"}), Extents({4, 2, 6}));
-  write_codes(folder / "tall.png", 4, 12, 1, [](int x, int y, int) { return tile_code(x, y, 0); });
-  EXPECT_EQ(suggested_extents(folder / "tall.png", 1, {}), Extents({4, 4, 3}));
-}
-
-// --- Sequences ---
-
-TEST(Mates, OfAnotherSizeAreRefusedLargerOnesToo) {
-  const TemporaryFolder folder;
-  const auto code = [](int x, int y, int) { return tile_code(x, y, 0); };
-  const RunConfig config = small_config("uniform", "x = 5, y = 3, t = 3");
-  for (const auto& [width, height] : {std::pair{5, 4}, {6, 3}, {5, 2}}) {
-    for (int s = 0; s < 3; ++s) write_codes(folder / fmt::format("n{}.png", s), 5, s == 1 ? height : 3, 1, code);
-    write_codes(folder / "n1.png", width, height, 1, code);
-    EXPECT_THAT(
-        error_of(folder.path(), config),
-        AllOf(HasSubstr("n1.png"), HasSubstr(fmt::format("{} x {} pixels", width, height)), HasSubstr("5 x 3 pixels")));
-  }
-}
-
-TEST(Mates, AGapIsNamed) {
-  const TemporaryFolder folder;
-  const auto code = [](int x, int y, int) { return tile_code(x, y, 0); };
-  const RunConfig config = small_config("uniform", "x = 5, y = 3, t = 6");
-  for (const int s : {0, 1, 3, 4, 5}) write_codes(folder / fmt::format("n_{}.png", s), 5, 3, 1, code);
-  EXPECT_THAT(error_of(folder / "n_0.png", config),
-              AllOf(HasSubstr("number 2 is missing, but 3 to 5 are there"), HasSubstr("6 slices of 5 x 3")));
-  EXPECT_THAT(error_of(folder / "n_{}.png", config), HasSubstr("number 2 is missing"));
-}
-
-TEST(Mates, AreFoundByTheNumberThatHasThem) {
-  const TemporaryFolder folder;
-  for (int s = 0; s < 4; ++s)
-    write_codes(folder / fmt::format("f_{}.0.png", s), 5, 3, 1, [s](int x, int y, int) { return tile_code(x, y, s); });
-  write_codes(folder / "f_0.1.png", 5, 3, 1, [](int, int, int) { return 1; });
-  expect_tiles(load_texture(folder / "f_0.0.png", small_config("uniform", "x = 5, y = 3, t = 4")).texture);
-  EXPECT_THAT(
-      error_of(folder / "f_0.0.png", small_config("uniform", "x = 5, y = 3, t = 9")),
-      AllOf(HasSubstr("2 images as"), HasSubstr("f_0.{}.png"), HasSubstr("4 images as"), HasSubstr("f_{}.0.png")));
-}
-
-// --- Run files ---
-
-TEST(RunFiles, TakeAFilterOfOtherSizesByTheNamesOfItsAxes) {
-  const TemporaryFolder folder;
-  const RunConfig config = small_config("uniform", "x = 11, y = 7, z = 2, t = 3");
-  write_run_file(folder / "run.h5", config, start_texture(config));
-  const RunConfig other = parse_config(
-      "[texture]\nsize = { x = 64, y = 64, t = 5 }\nsamples = \"uniform\"\n[filter]\n"
-      "groups = [ { axes = \"yt\", kernel = \"box\", size = 3 } ]\n",
-      "other.toml", "", {});
-  EXPECT_THAT(load_texture(folder / "run.h5", other).config->problem.filter.groups[0].axes, ElementsAre(1, 3));
-  const RunConfig foreign = parse_config(
-      "[texture]\nsize = { x = 64, y = 64, w = 5 }\nsamples = \"uniform\"\n[filter]\n"
-      "groups = [ { axes = \"xw\", kernel = \"box\", size = 3 } ]\n",
-      "other.toml", "", {});
-  EXPECT_THAT(error_of(folder / "run.h5", foreign), AllOf(HasSubstr("axis w"), HasSubstr("x, y, z, t")));
-}
-
-TEST(RunFiles, AreReadAsArraysByTheNamesOfTheirDatasets) {
-  const TemporaryFolder folder;
-  const RunConfig config = small_config("vector2");
-  const Texture texture = start_texture(config);
-  write_run_file(folder / "run.h5", config, texture);
-  const TextureFile file = load_texture(folder / "run.h5:/samples", config);
-  EXPECT_EQ(file.source, "HDF5 dataset");
-  EXPECT_EQ(file.texture.values, texture.values);
-  EXPECT_THAT(error_of(folder / "run.h5:/none", config), HasSubstr("/samples (3 x 7 x 11 x 2)"));
 }
 
 }  // namespace
