@@ -16,8 +16,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-
-
 int tile_code(int x, int y, int slice) { return (7 * x + 31 * y + 83 * slice) % 256; }
 
 void expect_tiles(const Texture& texture) {
@@ -70,8 +68,6 @@ TEST(Layout, OfAnUnknownSizeIsAskedForWhereTwoFit) {
   EXPECT_EQ(suggested_extents(folder / "tall.png", 1, {}), Extents({4, 4, 3}));
 }
 
-
-
 TEST(Mates, OfAnotherSizeAreRefusedLargerOnesToo) {
   const TemporaryFolder folder;
   const auto code = [](int x, int y, int) { return tile_code(x, y, 0); };
@@ -105,8 +101,6 @@ TEST(Mates, AreFoundByTheNumberThatHasThem) {
       error_of(folder / "f_0.0.png", small_config("uniform", "x = 5, y = 3, t = 9")),
       AllOf(HasSubstr("2 images as"), HasSubstr("f_0.{}.png"), HasSubstr("4 images as"), HasSubstr("f_{}.0.png")));
 }
-
-
 
 TEST(RunFiles, TakeAFilterOfOtherSizesByTheNamesOfItsAxes) {
   const TemporaryFolder folder;
