@@ -45,15 +45,15 @@ void PlaneField::act(const SliceStamp& stamp, bool on, std::span<const std::uint
 
 void PlaneField::turn_on(std::uint32_t cell) {
   words_[cell] |= vac_flag;
-  plane_simd::add_stamps(shape_of(kernel_.extents()), kernel_.stamps()[0], kernel_.weights().data(), words_,
-                         true, {&cell, 1});
+  plane_simd::add_stamps(shape_of(kernel_.extents()), kernel_.stamps()[0], kernel_.weights().data(), words_, true,
+                         {&cell, 1});
   look_again(cell);
 }
 
 void PlaneField::turn_off(std::uint32_t cell) {
   words_[cell] &= ~vac_flag;
-  plane_simd::add_stamps(shape_of(kernel_.extents()), kernel_.stamps()[0], kernel_.weights().data(), words_,
-                         false, {&cell, 1});
+  plane_simd::add_stamps(shape_of(kernel_.extents()), kernel_.stamps()[0], kernel_.weights().data(), words_, false,
+                         {&cell, 1});
   look_again(cell);
 }
 

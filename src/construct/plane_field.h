@@ -4,10 +4,10 @@
 // is on; through the view a smaller value is picked earlier, equal ones by the keyed hash of the position, then by the
 // cell. What differs is that picks are looked for in this slice alone.
 //
-// A lower bound of the smallest value of every leaf (64 neighbouring cells) and of every branch (64 leaves) leads to the
-// pick. While pixels are only turned on (voids) or only off (clusters), values of that view only rise, so bounds hold
-// without any work and are mended where a pick opens them. Where values also fall (points that are swapped, kernels with
-// negative weights) the leaves in reach of a change are looked at anew.
+// A lower bound of the smallest value of every leaf (64 neighbouring cells) and of every branch (64 leaves) leads to
+// the pick. While pixels are only turned on (voids) or only off (clusters), values of that view only rise, so bounds
+// hold without any work and are mended where a pick opens them. Where values also fall (points that are swapped,
+// kernels with negative weights) the leaves in reach of a change are looked at anew.
 #pragma once
 
 #include <cstdint>

@@ -89,8 +89,8 @@ HWY_EXPORT(LeafMinima);
 HWY_EXPORT(LeastOfLeaf);
 HWY_EXPORT(LeastOf);
 
-void add_stamps(Shape shape, const SliceStamp& stamp, const std::uint32_t* weights, std::uint32_t* words,
-                bool on, std::span<const std::uint32_t> cells) {
+void add_stamps(Shape shape, const SliceStamp& stamp, const std::uint32_t* weights, std::uint32_t* words, bool on,
+                std::span<const std::uint32_t> cells) {
   HWY_DYNAMIC_DISPATCH(AddStamps)(shape, stamp, weights, words, on, cells);
 }
 

@@ -1,5 +1,5 @@
-// The vector loops of PlaneField, compiled for every instruction set and chosen at run time. Integers only, so the width
-// of the vectors cannot change a result.
+// The vector loops of PlaneField, compiled for every instruction set and chosen at run time. Integers only, so the
+// width of the vectors cannot change a result.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ struct Shape {
 };
 
 // Adds (on) or subtracts (off) the stamp around every cell. `words`: the plane, with a vector behind it.
-void add_stamps(Shape shape, const SliceStamp& stamp, const std::uint32_t* weights, std::uint32_t* words,
-                bool on, std::span<const std::uint32_t> cells);
+void add_stamps(Shape shape, const SliceStamp& stamp, const std::uint32_t* weights, std::uint32_t* words, bool on,
+                std::span<const std::uint32_t> cells);
 
 // The smallest value of each leaf. `words` holds whole leaves.
 void leaf_minima(const std::uint32_t* words, std::size_t num_leaves, VacView view, std::uint32_t* minima);

@@ -17,7 +17,8 @@
 namespace noiseloom {
 namespace {
 
-// A visit picks this share of a slice. Finer visits gain little: R of 128x128x64, gauss 1.3435 x ema, is higher by ... at
+// A visit picks this share of a slice. Finer visits gain little: R of 128x128x64, gauss 1.3435 x ema, is higher by ...
+// at
 constexpr std::int64_t cells_per_point = 1024;
 
 // What relaxing may take at most, in picks for each point of the start pattern. About 0.4 are usual.
@@ -26,9 +27,9 @@ constexpr std::int64_t most_swaps_per_point = 4;
 // In a message, where a pick turns nothing off or nothing on.
 constexpr std::uint32_t no_cell = 0xFFFFFFFFU;
 
-std::vector<Extents::SliceCoord> slice_offsets(const StampKernel& kernel) {
+std::vector<Extents::SliceCoord> slice_offsets(const Footprint& overlap) {
   std::vector<Extents::SliceCoord> offsets;
-  for (const SliceStamp& stamp : kernel.stamps()) offsets.push_back(stamp.offset);
+  for (const SliceTaps& slice : overlap.slices()) offsets.push_back(slice.offset);
   return offsets;
 }
 
@@ -39,11 +40,10 @@ std::vector<std::uint32_t> start_pattern(std::uint64_t seed, SliceIndex slice, s
   std::vector<bool> on(static_cast<std::size_t>(cells));
   std::vector<std::uint32_t> pattern;
   for (std::uint64_t draw = 0; std::ssize(pattern) < count; ++draw) {
-    const RandomBlock block =
-        random_block(seed, Purpose::slice_pattern, static_cast<std::uint32_t>(slice), 0, draw);
+    const RandomBlock block = random_block(seed, Purpose::slice_pattern, static_cast<std::uint32_t>(slice), 0, draw);
     const std::uint64_t bits = (std::uint64_t{block[0]} << 32) | block[1];
-    const auto cell = static_cast<std::uint32_t>(
-        (static_cast<unsigned __int128>(bits) * static_cast<std::uint64_t>(cells)) >> 64);
+    const auto cell =
+        static_cast<std::uint32_t>((static_cast<unsigned __int128>(bits) * static_cast<std::uint64_t>(cells)) >> 64);
     if (on[cell]) continue;  // drawn before
     on[cell] = true;
     pattern.push_back(cell);
@@ -57,17 +57,19 @@ struct Changes {
   std::vector<std::uint32_t> on;
 };
 
-// A slice that this rank holds. What it did in its last two visits is kept until all others have taken it in.
+// A slice that this rank owns, or that acts on one that it owns. What it did in its last two visits is kept until all
+// others have taken it in.
 struct HeldSlice {
-  Changes changes[2];  // by the parity of the round
+  std::vector<std::uint32_t> places;  // [y][x], as SliceConstruction::places
+  Changes changes[2];                 // by the parity of the round
 };
 
 }  // namespace
 
 struct SliceConstruction::Impl {
-  Impl(const Extents& extents_in, const FilterSpec& filter, const ConstructSpec& spec_in, std::uint64_t seed_in,
+  Impl(const Footprint& overlap, const FilterSpec& filter, const ConstructSpec& spec_in, std::uint64_t seed_in,
        const Communicator& communicator_in, ThreadPool& pool_in)
-      : extents(extents_in),
+      : extents(overlap.extents()),
         spec(spec_in),
         seed(seed_in),
         cells(extents.cells_per_slice()),
@@ -76,25 +78,24 @@ struct SliceConstruction::Impl {
         pool(pool_in),
         kernel(extents, filter, spec.sharpness),
         hash(seed),
-        classes(colour_classes(Footprint(extents, filter))),
+        classes(colour_classes(overlap)),
         partition(extents.num_slices(), communicator.size()),
         begin(partition.begin(communicator.rank())),
         end(partition.end(communicator.rank())),
-        halo(extents, slice_offsets(kernel), partition, communicator.rank()),
+        halo(extents, slice_offsets(overlap), partition, communicator.rank()),
         exchange(communicator, halo, partition),
         class_of(static_cast<std::size_t>(extents.num_slices())),
         held_at(static_cast<std::size_t>(extents.num_slices()), -1) {
     for (std::size_t c = 0; c < classes.size(); ++c) {
-      for (const SliceIndex slice : classes[c]) class_of[static_cast<std::size_t>(slice)] = static_cast<std::int32_t>(c);
+      for (const SliceIndex slice : classes[c])
+        class_of[static_cast<std::size_t>(slice)] = static_cast<std::int32_t>(c);
     }
     for (const SliceIndex slice : indices()) {
       held_at[static_cast<std::size_t>(slice)] = static_cast<std::int32_t>(held.size());
-      held.emplace_back();
+      held.emplace_back().places.resize(static_cast<std::size_t>(cells));
     }
-    places.resize(static_cast<std::size_t>(end - begin));
     for (SliceIndex slice = begin; slice < end; ++slice) {
       fields.emplace_back(kernel, hash, static_cast<std::uint64_t>(cells) * static_cast<std::uint64_t>(slice));
-      places[own_index(slice)].resize(static_cast<std::size_t>(cells));
     }
   }
 
@@ -109,19 +110,24 @@ struct SliceConstruction::Impl {
   HeldSlice& held_slice(SliceIndex slice) {
     return held[static_cast<std::size_t>(held_at[static_cast<std::size_t>(slice)])];
   }
-  const Extents::SliceCoord opposite(const Extents::SliceCoord& offset) const {
+  static Extents::SliceCoord opposite(const Extents::SliceCoord& offset) {
     Extents::SliceCoord result{};
     std::transform(offset.begin(), offset.end(), result.begin(), [](std::int32_t d) { return -d; });
     return result;
   }
 
-  // Brings the energies of all own slices to what is on; `on_of` gives the cells of any held slice.
-  void compute_energies(const std::function<std::vector<std::uint32_t>(SliceIndex)>& on_of) {
+  // Brings the energies of all own slices to what is on: the pixels without a place that are marked so, or (filling)
+  // those that have a place.
+  void compute_energies() {
     std::vector<std::vector<std::uint32_t>> on(held.size());
-    const std::vector<SliceIndex> slices = indices();
-    pool.for_each(std::ssize(slices), [&](std::int64_t index, int) {
+    const bool filling = progress.phase == ConstructPhase::fill;
+    pool.for_each(std::ssize(held), [&](std::int64_t index, int) {
       const auto k = static_cast<std::size_t>(index);
-      on[k] = on_of(slices[k]);
+      const std::vector<std::uint32_t>& places = held[k].places;
+      for (std::uint32_t cell = 0; cell < places.size(); ++cell) {
+        if (filling ? places[cell] < pixel_is_on : places[cell] == pixel_is_on) on[k].push_back(cell);
+      }
+      held[k].changes[0] = held[k].changes[1] = {};
     });
     pool.for_each(end - begin, [&](std::int64_t index, int) {
       const auto k = static_cast<std::size_t>(index);
@@ -129,109 +135,102 @@ struct SliceConstruction::Impl {
       field.clear();
       field.watch(false, false);
       for (const std::uint32_t cell : on[k]) field.turn_on(cell);
-      for (std::size_t s = 1; s < kernel.stamps().size(); ++s) {
-        const SliceStamp& stamp = kernel.stamps()[s];
+      for (const SliceStamp& stamp : other_slices()) {
         const SliceIndex from = extents.slice_at(begin + static_cast<SliceIndex>(index), opposite(stamp.offset));
         field.act(stamp, true, on[static_cast<std::size_t>(held_at[static_cast<std::size_t>(from)])]);
       }
     });
-    for (HeldSlice& slice : held) slice = {};
+    for (PlaneField& field : fields) {
+      const bool relaxing = progress.phase == ConstructPhase::relax;
+      field.watch(relaxing || filling, relaxing || progress.phase == ConstructPhase::drain);
+    }
   }
+  std::span<const SliceStamp> other_slices() const { return std::span(kernel.stamps()).subspan(1); }
 
   void enter(ConstructPhase phase) {
     progress.phase = phase;
     progress.rounds = 0;
-    watch();
-  }
-  void watch() {
-    const bool relaxing = progress.phase == ConstructPhase::relax;
-    for (PlaneField& field : fields) {
-      field.watch(relaxing || progress.phase == ConstructPhase::fill,
-                  relaxing || progress.phase == ConstructPhase::drain);
-    }
+    if (!done()) compute_energies();
   }
 
   void start() {
     progress = {.num_start_points = num_start_points(spec.density, cells)};
-    for (SliceIndex slice = begin; slice < end; ++slice) {
-      std::vector<std::uint32_t>& own = places[own_index(slice)];
-      std::fill(own.begin(), own.end(), pixel_is_off);
-      for (const std::uint32_t cell : start_pattern(seed, slice, cells, progress.num_start_points)) {
-        own[cell] = pixel_is_on;
+    const std::vector<SliceIndex> slices = indices();
+    pool.for_each(std::ssize(slices), [&](std::int64_t index, int) {
+      const auto k = static_cast<std::size_t>(index);
+      std::vector<std::uint32_t>& places = held[k].places;
+      std::fill(places.begin(), places.end(), pixel_is_off);
+      for (const std::uint32_t cell : start_pattern(seed, slices[k], cells, progress.num_start_points)) {
+        places[cell] = pixel_is_on;
       }
-    }
-    compute_energies(
-        [&](SliceIndex slice) { return start_pattern(seed, slice, cells, progress.num_start_points); });
+    });
     enter(ConstructPhase::relax);
     skip_ended_phases();
   }
 
-  void restore(const ConstructProgress& from,
-               const std::function<std::vector<std::uint32_t>(SliceIndex)>& places_of) {
+  void restore(const ConstructProgress& from, const std::function<std::vector<std::uint32_t>(SliceIndex)>& places_of) {
     progress = from;
-    for (SliceIndex slice = begin; slice < end; ++slice) places[own_index(slice)] = places_of(slice);
-    const bool filling = progress.phase == ConstructPhase::fill;
-    if (!done()) {
-      compute_energies([&](SliceIndex slice) {
-        const std::vector<std::uint32_t> entries = places_of(slice);
-        std::vector<std::uint32_t> on;
-        for (std::uint32_t cell = 0; cell < entries.size(); ++cell) {
-          if (filling ? entries[cell] < pixel_is_on : entries[cell] == pixel_is_on) on.push_back(cell);
-        }
-        return on;
-      });
-    }
-    watch();
+    for (const SliceIndex slice : indices()) held_slice(slice).places = places_of(slice);
+    if (!done()) compute_energies();
   }
   bool done() const { return progress.phase == ConstructPhase::done; }
 
   // What others did since this slice was visited last: in this round if their class has moved in it, else in the one
   // before, which is what they did last.
-  void take_in(SliceIndex slice) {
-    PlaneField& field = fields[own_index(slice)];
+  void take_in(SliceIndex slice, PlaneField& field) {
     const std::int32_t own_class = class_of[static_cast<std::size_t>(slice)];
-    for (std::size_t s = 1; s < kernel.stamps().size(); ++s) {
-      const SliceStamp& stamp = kernel.stamps()[s];
+    for (const SliceStamp& stamp : other_slices()) {
       const SliceIndex from = extents.slice_at(slice, opposite(stamp.offset));
       const bool moved = class_of[static_cast<std::size_t>(from)] < own_class;
-      const Changes& changes = held_slice(from).changes[(total_rounds + (moved ? 0 : 1)) % 2];
+      const Changes& changes = held_slice(from).changes[moved ? parity() : 1 - parity()];
       field.act(stamp, false, changes.off);
       field.act(stamp, true, changes.on);
     }
   }
+  std::size_t parity() const { return static_cast<std::size_t>(total_rounds % 2); }
 
+  // Picks in one slice, whose places follow from them (carry_out).
   void visit(SliceIndex slice, Changes& changes) {
-    take_in(slice);
     PlaneField& field = fields[own_index(slice)];
-    std::vector<std::uint32_t>& own = places[own_index(slice)];
+    take_in(slice, field);
     changes.off.clear();
     changes.on.clear();
-    std::int64_t place = progress.num_placed;
-    for (std::int64_t k = 0; k < points; ++k) {
-      if (progress.phase == ConstructPhase::relax) {
-        const std::uint32_t from = field.pick(VacView::clusters).value();
+    const bool relaxing = progress.phase == ConstructPhase::relax;
+    for (std::int64_t left = picks_of_visit(); left > 0; --left) {
+      std::uint32_t from = no_cell;
+      if (progress.phase != ConstructPhase::fill) {
+        from = field.pick(VacView::clusters).value();
         field.turn_off(from);
-        const std::uint32_t to = field.pick(VacView::voids).value();
-        field.turn_on(to);
-        if (from == to) return;
-        changes.off.push_back(from);
-        changes.on.push_back(to);
-        own[from] = pixel_is_off;
-        own[to] = pixel_is_on;
+        if (!relaxing) changes.off.push_back(from);
+      }
+      if (progress.phase == ConstructPhase::drain) continue;
+      const std::uint32_t to = field.pick(VacView::voids).value();
+      field.turn_on(to);
+      if (from == to) return;  // no swap is left
+      changes.on.push_back(to);
+      if (relaxing) changes.off.push_back(from);
+    }
+  }
+
+  std::int64_t picks_of_visit() const {
+    if (progress.phase == ConstructPhase::relax) return points;
+    const std::int64_t all = progress.phase == ConstructPhase::drain ? progress.num_start_points : cells;
+    return std::min(points, all - progress.num_placed);
+  }
+
+  // What a visit did to the places of its slice, here or at its owner. A pixel that is swapped on may be swapped off
+  // again in the same visit, so swaps go one by one.
+  void carry_out(const Changes& changes, std::vector<std::uint32_t>& places) const {
+    const bool relaxing = progress.phase == ConstructPhase::relax;
+    auto place = static_cast<std::uint32_t>(progress.num_placed);
+    for (std::size_t k = 0; k < std::max(changes.off.size(), changes.on.size()); ++k) {
+      if (relaxing) {
+        places[changes.off[k]] = pixel_is_off;
+        places[changes.on[k]] = pixel_is_on;
       } else if (progress.phase == ConstructPhase::drain) {
-        if (place == progress.num_start_points) return;
-        const std::uint32_t cell = field.pick(VacView::clusters).value();
-        field.turn_off(cell);
-        changes.off.push_back(cell);
-        own[cell] = static_cast<std::uint32_t>(progress.num_start_points - 1 - place);
-        ++place;
+        places[changes.off[k]] = static_cast<std::uint32_t>(progress.num_start_points) - 1 - place++;
       } else {
-        if (place == cells) return;
-        const std::uint32_t cell = field.pick(VacView::voids).value();
-        field.turn_on(cell);
-        changes.on.push_back(cell);
-        own[cell] = static_cast<std::uint32_t>(place);
-        ++place;
+        places[changes.on[k]] = place++;
       }
     }
   }
@@ -239,31 +238,36 @@ struct SliceConstruction::Impl {
   void move(const std::vector<SliceIndex>& moving) {
     std::vector<SliceIndex> own;
     std::copy_if(moving.begin(), moving.end(), std::back_inserter(own), [&](SliceIndex slice) { return owns(slice); });
-    const auto parity = static_cast<std::size_t>(total_rounds % 2);
     pool.for_each(std::ssize(own), [&](std::int64_t index, int) {
       const SliceIndex slice = own[static_cast<std::size_t>(index)];
-      visit(slice, held_slice(slice).changes[parity]);
+      HeldSlice& moved = held_slice(slice);
+      visit(slice, moved.changes[parity()]);
+      carry_out(moved.changes[parity()], moved.places);
     });
     std::vector<SliceSwaps> told;
     for (const SliceIndex slice : own) {
-      const Changes& changes = held_slice(slice).changes[parity];
-      num_swaps += progress.phase == ConstructPhase::relax ? std::ssize(changes.on) : 0;
-      picks_done += static_cast<std::int64_t>(std::max(changes.on.size(), changes.off.size()));
+      const Changes& changes = held_slice(slice).changes[parity()];
+      const std::size_t picks = std::max(changes.on.size(), changes.off.size());
+      if (progress.phase == ConstructPhase::relax) num_swaps += static_cast<std::int64_t>(picks);
+      picks_done += static_cast<std::int64_t>(picks);
       SliceSwaps& message = told.emplace_back();
       message.slice = slice;
-      for (std::size_t k = 0; k < std::max(changes.on.size(), changes.off.size()); ++k) {
-        message.swaps.push_back({k < changes.off.size() ? changes.off[k] : no_cell,
-                                 k < changes.on.size() ? changes.on[k] : no_cell});
+      if (halo.listeners(slice).empty()) continue;
+      for (std::size_t k = 0; k < picks; ++k) {
+        message.swaps.push_back(
+            {k < changes.off.size() ? changes.off[k] : no_cell, k < changes.on.size() ? changes.on[k] : no_cell});
       }
     }
     exchange.begin(moving, told);
     exchange.wait([&](SliceIndex slice, std::span<const Swap> swaps) {
-      Changes& changes = held_slice(slice).changes[parity];
+      HeldSlice& moved = held_slice(slice);
+      Changes& changes = moved.changes[parity()];
       changes = {};
       for (const Swap& swap : swaps) {
         if (swap.a != no_cell) changes.off.push_back(swap.a);
         if (swap.b != no_cell) changes.on.push_back(swap.b);
       }
+      carry_out(changes, moved.places);
     });
   }
 
@@ -292,16 +296,11 @@ struct SliceConstruction::Impl {
 
   void skip_ended_phases() {
     if (progress.phase == ConstructPhase::relax && progress.num_start_points == 0) enter(ConstructPhase::drain);
-    if (progress.phase == ConstructPhase::drain && progress.num_placed == progress.num_start_points) begin_filling();
+    if (progress.phase == ConstructPhase::drain && progress.num_placed == progress.num_start_points) {
+      enter(ConstructPhase::fill);
+    }
     if (progress.phase == ConstructPhase::fill && progress.num_placed == cells) enter(ConstructPhase::done);
   }
-
-  // The pattern is what has a place now; of other ranks' slices their last changes tell nothing, so it travels.
-  void begin_filling() {
-    share_pattern();
-    enter(ConstructPhase::fill);
-  }
-  void share_pattern();
 
   const Extents extents;
   const ConstructSpec spec;
@@ -321,47 +320,16 @@ struct SliceConstruction::Impl {
   std::vector<std::int32_t> class_of;  // of every slice
   std::vector<std::int32_t> held_at;   // where a slice stands in `held`, or -1
   std::vector<HeldSlice> held;
-  std::vector<PlaneField> fields;                  // of own slices
-  std::vector<std::vector<std::uint32_t>> places;  // of own slices
+  std::vector<PlaneField> fields;  // of own slices
   ConstructProgress progress;
   std::int64_t total_rounds = 0;  // since it was made: its parity says which changes are new
   std::int64_t num_swaps = 0;     // of the present round
   std::int64_t picks_done = 0;
 };
 
-// Every rank tells the pattern of its slices in the way in which it tells picks, all slices at once.
-void SliceConstruction::Impl::share_pattern() {
-  const auto pattern_of = [&](SliceIndex slice) {
-    std::vector<std::uint32_t> on;
-    const std::vector<std::uint32_t>& own = places[own_index(slice)];
-    for (std::uint32_t cell = 0; cell < own.size(); ++cell) {
-      if (own[cell] < pixel_is_on) on.push_back(cell);
-    }
-    return on;
-  };
-  std::vector<SliceIndex> all(static_cast<std::size_t>(extents.num_slices()));
-  std::iota(all.begin(), all.end(), 0);
-  std::vector<SliceSwaps> told;
-  for (SliceIndex slice = begin; slice < end; ++slice) {
-    SliceSwaps& message = told.emplace_back();
-    message.slice = slice;
-    for (const std::uint32_t cell : pattern_of(slice)) message.swaps.push_back({no_cell, cell});
-  }
-  std::vector<std::vector<std::uint32_t>> heard(held.size());
-  exchange.begin(all, told);
-  exchange.wait([&](SliceIndex slice, std::span<const Swap> swaps) {
-    auto& cells_on = heard[static_cast<std::size_t>(held_at[static_cast<std::size_t>(slice)])];
-    for (const Swap& swap : swaps) cells_on.push_back(swap.b);
-  });
-  compute_energies([&](SliceIndex slice) {
-    return owns(slice) ? pattern_of(slice)
-                       : std::move(heard[static_cast<std::size_t>(held_at[static_cast<std::size_t>(slice)])]);
-  });
-}
-
-SliceConstruction::SliceConstruction(const Extents& extents, const FilterSpec& filter, const ConstructSpec& spec,
+SliceConstruction::SliceConstruction(const Footprint& overlap, const FilterSpec& filter, const ConstructSpec& spec,
                                      std::uint64_t seed, const Communicator& communicator, ThreadPool& pool)
-    : impl_(std::make_unique<Impl>(extents, filter, spec, seed, communicator, pool)) {}
+    : impl_(std::make_unique<Impl>(overlap, filter, spec, seed, communicator, pool)) {}
 SliceConstruction::~SliceConstruction() = default;
 
 void SliceConstruction::start() { impl_->start(); }
@@ -374,8 +342,9 @@ void SliceConstruction::advance() { impl_->advance(); }
 const ConstructProgress& SliceConstruction::progress() const { return impl_->progress; }
 const Partition& SliceConstruction::partition() const { return impl_->partition; }
 const std::vector<std::uint32_t>& SliceConstruction::places(SliceIndex slice) const {
-  NOISELOOM_CHECK(impl_->owns(slice));
-  return impl_->places[impl_->own_index(slice)];
+  const std::int32_t at = impl_->held_at[static_cast<std::size_t>(slice)];
+  NOISELOOM_CHECK(at >= 0);
+  return impl_->held[static_cast<std::size_t>(at)].places;
 }
 bool SliceConstruction::couples_slices() const { return impl_->kernel.stamps().size() > 1; }
 std::int64_t SliceConstruction::num_classes() const { return std::ssize(impl_->classes); }
@@ -433,7 +402,8 @@ bool is_sound(const ConstructProgress& progress, std::span<const std::uint32_t> 
   for (const std::uint32_t entry : places) {
     if (entry == pixel_is_on) --on;
     if (entry >= pixel_is_on) continue;
-    if (static_cast<std::int64_t>(entry) < first || static_cast<std::int64_t>(entry) >= last || seen[entry]) return false;
+    if (static_cast<std::int64_t>(entry) < first || static_cast<std::int64_t>(entry) >= last || seen[entry])
+      return false;
     seen[entry] = true;
     ++found;
   }

@@ -35,7 +35,8 @@ double add_overlap(const Footprint& overlap, double sharpness, double weight, Pl
     Plane& plane = planes[slice.offset];
     for (const PlaneTap& tap : slice.taps) {
       const double value = sharpened(tap.weight, largest, sharpness);
-      if (std::abs(value) >= smallest_share * std::abs(overlap.weight_zero())) plane[{tap.dy, tap.dx}] += weight * value;
+      if (std::abs(value) >= smallest_share * std::abs(overlap.weight_zero()))
+        plane[{tap.dy, tap.dx}] += weight * value;
     }
   }
   return zero;
@@ -57,7 +58,9 @@ double sharpened_planes(const Extents& extents, const FilterSpec& filter, double
   return zero;
 }
 
-std::int64_t rounded(double weight, double scale) { return static_cast<std::int64_t>(std::floor(weight * scale + 0.5)); }
+std::int64_t rounded(double weight, double scale) {
+  return static_cast<std::int64_t>(std::floor(weight * scale + 0.5));
+}
 
 // The magnitudes of all rounded weights together.
 double magnitude(const Planes& planes, double scale) {

@@ -34,7 +34,8 @@ struct StampRow {
 struct SliceStamp {
   Extents::SliceCoord offset{};
   std::vector<StampRow> rows{};
-  // How far the rows reach. Where none is longer than a vector the stamp is narrow, and all rows go from -left to right.
+  // How far the rows reach. Where none is longer than a vector the stamp is narrow, and all rows go from -left to
+  // right.
   std::int32_t left = 0;
   std::int32_t right = 0;
   std::int32_t up = 0;

@@ -1,7 +1,9 @@
-// Times construction, start-up included, and scores what it made: R of the places as 8 bits, (floor(256 (r + 0.5) / n) +
-// 0.5) / 256.
-//   [mpirun -n RANKS] construct_bench SIZES PRODUCT|SUM GROUP... [--sharpness P] [--density D] [--threads N] [--seed S]
-// e.g. 128x128x64 product xy:gauss:1.3435 t:ema:0.1:0.1; the slice axes are t z w v u s. The fingerprint tells whether two runs gave the same places.
+// Times construction, start-up included, and scores what it made: R of the places as 8 bits, (floor(256 (r + 0.5) / n)
+// + 0.5) / 256.
+//   [mpirun -n RANKS] construct_bench SIZES PRODUCT|SUM GROUP... [--sharpness P (else found)] [--density D] [--threads
+//   N] [--seed S]
+// e.g. 128x128x64 product xy:gauss:1.3435 t:ema:0.1:0.1; the slice axes are t z w v u s. The fingerprint tells whether
+// two runs gave the same places.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "noiseloom/construct/sharpness.h"
 #include "noiseloom/construct/slice_construction.h"
 #include "noiseloom/problem/footprint.h"
 #include "noiseloom/problem/score.h"
@@ -75,7 +78,6 @@ int main(int argc, char** argv) {
   const Extents extents(sizes);
   FilterSpec filter{std::string(argv[2]) == "sum" ? Combine::sum : Combine::product, {}};
   ConstructSpec spec;
-  spec.sharpness = 1;
   std::uint64_t seed = 1;
   int threads = 1;
   for (int i = 3; i < argc; ++i) {
@@ -93,8 +95,18 @@ int main(int argc, char** argv) {
     }
   }
   const Communicator world = Communicator::world();
+  if (spec.sharpness == 0) {
+    const double before_s = cpu_s();
+    const std::vector<SharpnessTrial> trials = try_sharpness(extents, filter);
+    spec.sharpness = best_sharpness(trials);
+    if (world.is_root()) {
+      std::printf("sharpness %.1f in %.3f s:", spec.sharpness, cpu_s() - before_s);
+      for (const SharpnessTrial& trial : trials) std::printf(" %.1f R %.5f", trial.sharpness, trial.relative_error);
+      std::printf("\n");
+    }
+  }
   ThreadPool pool(threads);
-  SliceConstruction run(extents, filter, spec, seed, world, pool);
+  SliceConstruction run(Footprint(extents, filter), filter, spec, seed, world, pool);
   run.start();
   const double started_s = cpu_s();
   while (run.progress().phase < ConstructPhase::fill) run.advance();
@@ -111,8 +123,10 @@ int main(int argc, char** argv) {
   world.sum(std::span(&fingerprint, 1));
   if (!world.is_root()) return 0;
   const auto pixels = static_cast<double>(extents.num_cells());
-  std::printf("%s: start %.3f s, relax and drain %.3f s, fill %.3f s; processor of rank 0 %.3f s, elapsed %.3f s, %.3f us a pixel",
-              argv[1], started_s, filling_s - started_s, end_s - filling_s, end_s, elapsed_s, 1e6 * end_s / pixels);
+  std::printf(
+      "%s: start %.3f s, relax and drain %.3f s, fill %.3f s; processor of rank 0 %.3f s, elapsed %.3f s, %.3f us a "
+      "pixel",
+      argv[1], started_s, filling_s - started_s, end_s - filling_s, end_s, elapsed_s, 1e6 * end_s / pixels);
   std::printf("; %lld swaps, %lld classes, fingerprint %08x", static_cast<long long>(run.progress().num_swaps),
               static_cast<long long>(run.num_classes()), static_cast<unsigned>(fingerprint));
   if (world.size() == 1) std::printf("; R %.5f", score(run, extents, filter, pool));

@@ -17,8 +17,8 @@
 //   fill   from the pattern again: the largest void gets the next place, and is turned on, until all are
 //
 // Energies are integers and follow from the pixels that are on, so nothing depends on ranks, threads or interruptions.
-// Distributed: a rank holds the energies of its own slices; after a class has moved, what it picked travels to the ranks
-// whose slices it acts on, as positions.
+// Distributed: a rank holds the energies of its own slices; after a class has moved, what it picked travels to the
+// ranks whose slices it acts on, as positions.
 #pragma once
 
 #include <cstdint>
@@ -31,6 +31,7 @@
 #include "noiseloom/core/extents.h"
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/dist/communicator.h"
+#include "noiseloom/problem/footprint.h"
 #include "noiseloom/problem/spec.h"
 
 namespace noiseloom {
@@ -58,9 +59,10 @@ struct ConstructProgress {
 
 class SliceConstruction {
  public:
-  // `spec.sharpness` and `spec.density` as they are to be used (construct/sharpness.h finds them). Communicator and pool
-  // must outlive it. Requires fewer than 2^31 cells in a slice. Throws UserError for a table that cannot be used.
-  SliceConstruction(const Extents& extents, const FilterSpec& filter, const ConstructSpec& spec, std::uint64_t seed,
+  // `overlap`: that of `filter`, without a cutoff. `spec.sharpness`: as it is to be used (construct/sharpness.h finds
+  // it). Communicator and pool must outlive it. Requires fewer than 2^31 cells in a slice. Throws UserError for a table
+  // that cannot be used.
+  SliceConstruction(const Footprint& overlap, const FilterSpec& filter, const ConstructSpec& spec, std::uint64_t seed,
                     const Communicator& communicator, ThreadPool& pool);
   ~SliceConstruction();
   SliceConstruction(const SliceConstruction&) = delete;
@@ -69,8 +71,7 @@ class SliceConstruction {
   void start();  // *Collective*
   // Goes on from a run of the same arguments. `places(slice)`: of a slice that slices_held() names, as places() gave
   // them. Requires that progress and places belong together (is_sound). *Collective*
-  void restore(const ConstructProgress& progress,
-               const std::function<std::vector<std::uint32_t>(SliceIndex)>& places);
+  void restore(const ConstructProgress& progress, const std::function<std::vector<std::uint32_t>(SliceIndex)>& places);
   // Own slices, then those that act on them, each ascending.
   std::vector<SliceIndex> slices_held() const;
 
@@ -82,7 +83,7 @@ class SliceConstruction {
   double fraction() const;
 
   const Partition& partition() const;
-  // Of an own slice, [y][x]: the place of every pixel, or one of the two entries above.
+  // Of a slice that slices_held() names, [y][x]: the place of every pixel, or one of the two entries above.
   const std::vector<std::uint32_t>& places(SliceIndex slice) const;
 
   bool couples_slices() const;
@@ -97,7 +98,8 @@ class SliceConstruction {
   std::unique_ptr<Impl> impl_;
 };
 
-// Whether `places` of a slice of any run can be those of `progress`: every place once, and as many pixels on as it says.
+// Whether `places` of a slice of any run can be those of `progress`: every place once, and as many pixels on as it
+// says.
 bool is_sound(const ConstructProgress& progress, std::span<const std::uint32_t> places);
 
 }  // namespace noiseloom
