@@ -10,6 +10,7 @@
 #include <exception>
 #include <new>
 
+#include "address_space.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/standard_streams.h"
 
@@ -60,6 +61,15 @@ int run(int argc, char** argv) {
     return exit_environment;
   }
 }
+
+// Runs before the libraries are set up, as one of them starts threads then (main() would be too late).
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+void refuse_little_address_space(int, char**, char**) {
+  if (!enough_address_space()) ::_exit(exit_environment);
+}
+[[gnu::section(".preinit_array"), gnu::used]] void (*const before_libraries)(int, char**,
+                                                                             char**) = refuse_little_address_space;
+#endif
 
 }  // namespace
 
