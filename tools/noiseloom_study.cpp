@@ -8,9 +8,11 @@
 #include <cstdio>
 #include <ctime>
 #include <exception>
+#include <filesystem>
 #include <new>
 
 #include "address_space.h"
+#include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/standard_streams.h"
 
@@ -51,13 +53,13 @@ int run(int argc, char** argv) {
     return status;
   } catch (const UserError& error) {
     const std::size_t count = error.faults().size();
-    fmt::print(stderr, "{}\n{} error{}; nothing was done\n", error.what(), count, count == 1 ? "" : "s");
+    print_error(fmt::format("{}\n{} error{}; nothing was done\n", error.what(), count, count == 1 ? "" : "s"));
     return exit_user;
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "out of memory: the system gives this process no more (ulimit -v, a container's limit?)\n");
+    print_error("out of memory: the system gives this process no more (ulimit -v, a container's limit?)\n");
     return exit_environment;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}\n", error.what());
+    print_error(fmt::format("{}\n", error.what()));
     return exit_environment;
   }
 }
@@ -72,6 +74,18 @@ void refuse_little_address_space(int, char**, char**) {
 #endif
 
 }  // namespace
+
+void refuse_unfit_folder(const std::string& folder) {
+  if (folder.empty()) throw UserError("command line", "-o: the name of the folder is empty");
+  if (folder == "-")
+    throw UserError("command line", "-o -: a report is a folder of files, which cannot go to standard output");
+  const std::filesystem::path path(folder);
+  for (const char* const ending : {".html", ".htm", ".pdf"})
+    if (path.extension() == ending && !std::filesystem::is_directory(path))
+      throw UserError(
+          "command line",
+          fmt::format("-o {}: a report is a folder of files, report.html among them; give the folder's name", folder));
+}
 
 ReportOrigin report_origin() {
   ReportOrigin origin{NOISELOOM_VERSION, "", "noiseloom"};

@@ -43,8 +43,8 @@ bool only_previous_generation(const std::string& path);
 // "; PATH.prev, the generation before it, is there", or "" where it is not: for messages about PATH.
 std::string previous_generation_note(const std::string& path);
 
-// The run file at PATH for programs that look at it and write nothing; it may have been changed by another program. Throws
-// as RunFileReader does; where PATH is missing or damaged, with the note above.
+// The run file at PATH for programs that look at it and write nothing; it may have been changed by another program.
+// Throws as RunFileReader does; where PATH is missing or damaged, with the note above.
 RunFileReader open_to_look_at(const std::string& path);
 
 struct NewestGeneration {
