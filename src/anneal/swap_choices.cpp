@@ -5,7 +5,7 @@
 
 #include "noiseloom/core/math.h"
 
-#include "noiseloom/anneal/colour_classes.h"
+#include "noiseloom/problem/colour_classes.h"
 
 namespace noiseloom {
 namespace {

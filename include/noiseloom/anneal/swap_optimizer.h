@@ -1,8 +1,8 @@
 // The optimiser by swaps, of one texture, over ranks and threads: the methods `anneal` and `fast`.
 //
 // A run is a sequence of sweeps; a sweep visits every slice once. It is made of steps, each of which moves the slices
-// of one colour class (colour_classes.h) at the same time: every slice against a frozen copy of all others. After a
-// step the ranks tell each other what has changed.
+// of one colour class (problem/colour_classes.h) at the same time: every slice against a frozen copy of all others.
+// After a step the ranks tell each other what has changed.
 //
 // After every step the state is complete: the permutations of the own slices and SwapState are all that is needed to go
 // on, on any number of ranks and threads, to the same bytes (except with stop.time, which follows the clock).
