@@ -53,8 +53,9 @@ struct NewestGeneration {
   std::string trouble;  // why it is PATH.prev: what is wrong with PATH
 };
 
-// The newest good generation, checked throughout. PATH.prev stands in where PATH is missing, damaged or cannot be read.
-// Throws UserError or EnvironmentError where that is no good either, or PATH is something else than a damaged run file.
+// The newest good generation, checked throughout. PATH.prev stands in where PATH is missing or damaged. Throws
+// UserError or EnvironmentError where that is no good either, or PATH is something else than a damaged run file;
+// EnvironmentError where PATH cannot be read, twice: it may be whole, and PATH.prev would lose what came after it.
 NewestGeneration open_newest_generation(const std::string& path, FileOps& ops = posix_file_ops());
 
 }  // namespace noiseloom
