@@ -81,6 +81,9 @@ class SwapOptimizer {
   std::int64_t iterations() const;  // done so far
   std::int64_t iterations_per_sweep() const;
   Moment moment() const;
+  // Whether the schedule asks for a row of the history after so many sweeps, at least 1, that are not the run's end.
+  // Not for stop.time.
+  bool row_is_planned_after(std::int64_t sweeps) const;
   double relative_error();  // score_now(), then last_score(). *Collective*
 
   const Partition& partition() const;
