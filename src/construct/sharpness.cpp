@@ -85,9 +85,9 @@ std::vector<SharpnessTrial> try_sharpness(const Extents& extents, const FilterSp
 }
 
 double best_sharpness(const std::vector<SharpnessTrial>& trials) {
-  const auto best = std::min_element(trials.begin(), trials.end(), [](const SharpnessTrial& a, const SharpnessTrial& b) {
-    return a.relative_error < b.relative_error;
-  });
+  const auto best = std::min_element(
+      trials.begin(), trials.end(),
+      [](const SharpnessTrial& a, const SharpnessTrial& b) { return a.relative_error < b.relative_error; });
   return best == trials.end() ? 1 : best->sharpness;
 }
 
