@@ -34,8 +34,8 @@ void expect_equals_slow_twin(const ConstructProblem& problem) {
                                        fast->points_per_visit());
   for (; !slow.done(); slow.advance(), fast->advance()) {
     ASSERT_EQ(fast->progress(), slow.progress());
-    ASSERT_EQ(fast.places(), slow.places()) << "before round " << slow.progress().rounds << " of phase "
-                                            << static_cast<int>(slow.progress().phase);
+    ASSERT_EQ(fast.places(), slow.places())
+        << "before round " << slow.progress().rounds << " of phase " << static_cast<int>(slow.progress().phase);
   }
   ASSERT_TRUE(fast->done());
   ASSERT_EQ(fast->progress(), slow.progress());
@@ -60,8 +60,8 @@ FilterSpec spatial_and_temporal(const KernelSpec& plane, const KernelSpec& along
 }
 
 TEST(SliceConstruction, EqualsSlowTwinForThinAndTinySlices) {
-  const std::vector<std::vector<std::int64_t>> all_sizes = {{1, 31}, {31, 1},    {2, 2},     {1, 1},    {3, 29},
-                                                            {67, 2}, {1, 1, 7},  {2, 2, 3},  {1, 13, 2}, {17, 1, 3},
+  const std::vector<std::vector<std::int64_t>> all_sizes = {{1, 31},   {31, 1},   {2, 2},     {1, 1},     {3, 29},
+                                                            {67, 2},   {1, 1, 7}, {2, 2, 3},  {1, 13, 2}, {17, 1, 3},
                                                             {3, 2, 5}, {2, 3, 1}, {130, 3, 2}};
   for (const auto& sizes : all_sizes) {
     for (const double density : {0.1, 0.5}) {
@@ -108,13 +108,13 @@ TEST(SliceConstruction, EqualsSlowTwinForTheHardestKernels) {
   for (const double sigma : {0.05, 0.2, 30.0}) {
     expect_equals_slow_twin(construct_problem("sigma", {13, 11}, product({group({0, 1}, gauss(sigma))})));
     expect_equals_slow_twin(construct_problem("sigma", {13, 11}, product({group({0, 1}, gauss_energy(sigma))})));
-    expect_equals_slow_twin(construct_problem(
-        "sigma", {7, 5, 6}, product({group({0, 1}, gauss(sigma)), group({2}, gauss(sigma))})));
+    expect_equals_slow_twin(
+        construct_problem("sigma", {7, 5, 6}, product({group({0, 1}, gauss(sigma)), group({2}, gauss(sigma))})));
   }
   for (const double alpha : {1e-6, 1.0}) {
     for (const double rejection : {0.0, 1.0}) {
-      expect_equals_slow_twin(construct_problem(
-          "ema", {7, 5, 6}, product({group({0, 1}, gauss(1)), group({2}, ema(alpha, rejection))})));
+      expect_equals_slow_twin(
+          construct_problem("ema", {7, 5, 6}, product({group({0, 1}, gauss(1)), group({2}, ema(alpha, rejection))})));
       expect_equals_slow_twin(construct_problem(
           "ema", {7, 5, 6}, sum({group({0, 1}, gauss(1), 0.5), group({2}, ema(alpha, rejection), 0.5)})));
     }

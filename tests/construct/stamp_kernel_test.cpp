@@ -99,7 +99,8 @@ TEST(StampKernel, IsSymmetric) {
 TEST(StampKernel, LeavesRoomForAllNeighboursAndAFlag) {
   std::vector<ConstructProblem> problems = construct_problems();
   for (const double sigma : {0.05, 0.5, 8.0, 30.0}) {
-    problems.push_back(construct_problem("sigma", {32, 31, 5}, product({group({0, 1}, gauss(sigma)), group({2}, ema(1e-6, 0.1))})));
+    problems.push_back(
+        construct_problem("sigma", {32, 31, 5}, product({group({0, 1}, gauss(sigma)), group({2}, ema(1e-6, 0.1))})));
   }
   for (const ConstructProblem& problem : problems) {
     for (const double sharpness : {0.25, 1.0, 3.0}) {
@@ -125,8 +126,7 @@ TEST(StampKernel, HasABiasOnlyWhereWeightsAreNegative) {
   EXPECT_EQ(StampKernel(extents, product({group({0, 1}, gauss(1))}), 1.4).bias(), 0U);
   EXPECT_GT(StampKernel(extents, product({group({0, 1}, taps_with_negative_ones())}), 1.4).bias(), 0U);
   // A product of two negative weights is none.
-  const StampKernel both(
-      extents, product({group({0, 1}, taps({2}, {1, -0.5})), group({2}, taps({2}, {1, -0.5}))}), 1);
+  const StampKernel both(extents, product({group({0, 1}, taps({2}, {1, -0.5})), group({2}, taps({2}, {1, -0.5}))}), 1);
   const std::vector<std::int64_t> weights = weights_of(both);
   EXPECT_LT(weights[1], 0);
   EXPECT_GT(weights[1 + 13 * 12], 0);
@@ -152,9 +152,7 @@ TEST(StampKernel, SharpensSpaceAndNotTime) {
   const std::vector<double> overlap = oracle::overlaps(Footprint(extents, filter));
   const StampKernel kernel(extents, filter, 2);
   const std::vector<std::int64_t> weights = weights_of(kernel);
-  const auto share = [&](std::size_t at) {
-    return std::ldexp(static_cast<double>(weights[at]), -kernel.scale_log2());
-  };
+  const auto share = [&](std::size_t at) { return std::ldexp(static_cast<double>(weights[at]), -kernel.scale_log2()); };
   const double unit = std::ldexp(1, -kernel.scale_log2());
   for (std::size_t t = 1; t < 9; ++t) EXPECT_NEAR(share(t * cells), overlap[t * cells] / overlap[0], 2 * unit);
   for (std::size_t x = 1; x < 4; ++x) {

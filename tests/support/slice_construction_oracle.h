@@ -125,7 +125,8 @@ class SliceConstructionOracle {
       for (std::size_t cell = 0; cell < cells_; ++cell) {
         if (places[from][cell] != is_on) continue;
         for (std::size_t to = 0; to < places.size(); ++to) {
-          for (const Tap& tap : taps_[offset(from, to)]) energy += places[to][moved(cell, tap)] == is_on ? tap.weight : 0;
+          for (const Tap& tap : taps_[offset(from, to)])
+            energy += places[to][moved(cell, tap)] == is_on ? tap.weight : 0;
         }
       }
     }
@@ -218,8 +219,8 @@ class SliceConstructionOracle {
   }
 
   std::int64_t picks_of_visit() const {
-    const std::int64_t all = progress_.phase == ConstructPhase::drain ? progress_.num_start_points
-                                                                      : static_cast<std::int64_t>(cells_);
+    const std::int64_t all =
+        progress_.phase == ConstructPhase::drain ? progress_.num_start_points : static_cast<std::int64_t>(cells_);
     return progress_.phase == ConstructPhase::relax ? points_ : std::min(points_, all - progress_.num_placed);
   }
 
