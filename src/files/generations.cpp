@@ -154,6 +154,25 @@ bool only_previous_generation(const std::string& path) {
   return !ops.exists(follow_links(path)) && ops.exists(previous) && looks_like_run_file(previous);
 }
 
+std::string previous_generation_note(const std::string& path) {
+  const std::string previous = previous_generation(path);
+  if (!looks_like_run_file(previous)) return "";
+  return fmt::format("; {}, the generation before it, is there", previous);
+}
+
+RunFileReader open_to_look_at(const std::string& path) {
+  try {
+    return RunFileReader(path, Changed::accepted);
+  } catch (const UserError& error) {
+    std::error_code ignored;
+    const bool is_damaged = dynamic_cast<const DamagedRunFile*>(&error) != nullptr;
+    if (!is_damaged && std::filesystem::exists(path, ignored)) throw;
+    std::vector<Fault> faults = error.faults();
+    faults.back().text += previous_generation_note(path);
+    throw UserError(std::move(faults));
+  }
+}
+
 NewestGeneration open_newest_generation(const std::string& path, FileOps& ops) {
   const bool has_previous = ops.exists(previous_generation(path));
   NewestGeneration newest;
