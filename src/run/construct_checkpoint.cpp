@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <bit>
+#include <cmath>
 #include <limits>
 
 #include "noiseloom/config/stored_config.h"
@@ -168,8 +168,9 @@ ConstructState construct_state(const RunFileContent& content, const std::string&
   ConstructState state = state_of<ConstructState>(content, path, visit_state, visit_row);
   stored_algorithm(content, path);
   ContentFaults faults(path);
-  faults.require(config.optimizer.method == Method::construct, "has a /state of construction, but its /config another "
-                                                               "method");
+  faults.require(config.optimizer.method == Method::construct,
+                 "has a /state of construction, but its /config another "
+                 "method");
   const bool has_pdf = std::any_of(content.datasets.begin(), content.datasets.end(),
                                    [](const SliceDataset& dataset) { return dataset.name == pdf_name; });
   check_datasets(content, datasets_for(1, has_pdf), faults);
@@ -254,9 +255,9 @@ ConstructState restore_construct_run(const RunFileReader* file, const RunConfig&
     std::memcpy(stored.data(), block.data() + bytes, bytes);
     const std::vector<float> list = source.list(slice);
     for (std::size_t cell = 0; cell < places.size(); ++cell) {
-      const bool same = places[cell] >= list.size()
-                            ? std::isnan(stored[cell])
-                            : std::bit_cast<std::uint32_t>(stored[cell]) == std::bit_cast<std::uint32_t>(list[places[cell]]);
+      const bool same = places[cell] >= list.size() ? std::isnan(stored[cell])
+                                                    : std::bit_cast<std::uint32_t>(stored[cell]) ==
+                                                          std::bit_cast<std::uint32_t>(list[places[cell]]);
       if (same) continue;
       faults.require(false, fmt::format("slice {}: the stored samples are not those that the config yields now; has a "
                                         "sample file changed, or the program's version?",

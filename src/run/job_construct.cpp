@@ -28,10 +28,11 @@ class ConstructJob : public Job {
                 config.problem.seed),
         overlap_(config.problem.extents, config.problem.filter) {
     if (source_.channels() == 1 && source_.distance() == DistanceKind::absolute) return;
-    throw UserError(config.problem.samples.file,
-                    fmt::format("its samples have {} channels; method = \"construct\" takes scalars that are compared by "
-                                "their difference; method = \"anneal\" takes all",
-                                source_.channels()));
+    throw UserError(
+        config.problem.samples.file,
+        fmt::format("its samples have {} channels; method = \"construct\" takes scalars that are compared by "
+                    "their difference; method = \"anneal\" takes all",
+                    source_.channels()));
   }
 
   void prepare(const Communicator& communicator, ThreadPool& pool) override {
@@ -85,8 +86,8 @@ class ConstructJob : public Job {
  private:
   std::int64_t num_ranked() const { return run_->progress().num_placed * config_.problem.extents.num_slices(); }
   ConstructState state() const {
-    ConstructState now = construct_state_of(run_->progress(), config_.problem.extents.num_slices(), spec_.sharpness,
-                                            history_);
+    ConstructState now =
+        construct_state_of(run_->progress(), config_.problem.extents.num_slices(), spec_.sharpness, history_);
     now.mean_distance = mean_distance_;
     now.relative_error = relative_error_;
     return now;
@@ -103,27 +104,25 @@ class ConstructJob : public Job {
   std::vector<ConstructRow> history_;
   double mean_distance_ = 0;
   double relative_error_ = 0;
+  std::int64_t next_rounds_ = 1;
   double rate_ = 0;  // pixels a second in the last step
   Pace pace_;
 };
 
-// Only rank 0's clock decides how many rounds a step takes.
+// Only rank 0's clock decides how many rounds the next step takes.
 void ConstructJob::step(double run_s) {
   const auto begun = std::chrono::steady_clock::now();
   const auto took_s = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); };
   const std::int64_t picks_before = run_->picks_done();
-  double round_s = 0;
-  std::int64_t rounds = 1;
-  for (std::int64_t round = 0; round < rounds && !run_->done(); ++round) {
+  for (std::int64_t round = 0; round < next_rounds_ && !run_->done(); ++round) {
     const ConstructProgress before = run_->progress();
     run_->advance();
     add_construct_rows(before, run_->progress(), config_.problem.extents, run_s + took_s(), history_);
-    if (round > 0) continue;
-    round_s = std::max(took_s(), 1e-6);
-    rounds = static_cast<std::int64_t>(communicator_->broadcast(std::max(1.0, step_s / round_s)));
   }
-  const double seconds = took_s();
-  rate_ = seconds > 0 ? static_cast<double>((run_->picks_done() - picks_before) * communicator_->size()) / seconds : 0;
+  const double seconds = std::max(took_s(), 1e-9);
+  rate_ = static_cast<double>((run_->picks_done() - picks_before) * communicator_->size()) / seconds;
+  const double fitting = static_cast<double>(next_rounds_) * std::min(4.0, step_s / seconds);
+  next_rounds_ = static_cast<std::int64_t>(communicator_->broadcast(std::max(1.0, fitting)));
   if (run_->done()) score();
 }
 

@@ -117,7 +117,8 @@ RunPlan plan_construct(const RunConfig& config, const PlanRequest& request) {
   for (const SliceTaps& slice : outline.slices.slices()) offsets.push_back(slice.offset);
   const Partition partition(extents.num_slices(), request.ranks);
   const std::vector<int> looked_at = ranks_to_look_at(request.ranks);
-  const bool has_pdf = !config.problem.samples.is_file() && !sample_space(config.problem.samples).traits().has_constant_density;
+  const bool has_pdf =
+      !config.problem.samples.is_file() && !sample_space(config.problem.samples).traits().has_constant_density;
   double writer = 0;
   double other = 0;
   double told = 0;
@@ -156,8 +157,7 @@ RunPlan plan_construct(const RunConfig& config, const PlanRequest& request) {
   PlanTime& time = plan.time;
   time.stop = "construction";
   time.candidate_us = pick_s * 1e6;
-  const double workers =
-      std::min(as_double(std::ssize(classes.front())), as_double(request.ranks) * request.threads);
+  const double workers = std::min(as_double(std::ssize(classes.front())), as_double(request.ranks) * request.threads);
   time.moves = as_double(extents.num_cells()) * pick_s / std::max(1.0, 0.9 * workers + 0.1);
   time.start = 0.2;
   // Two nanoseconds a tap and pixel, half of the taps; sorting for the mean distance.
