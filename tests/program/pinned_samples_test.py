@@ -185,6 +185,10 @@ CHECKSUMS = {
     "order over two slice axes, bounded, other density": ("0473bd13bfcacc5d", "204e2af5001936e6",),
     "order over one group of three axes": ("e7df68b4845c18a7", "a5e3e95f34328408",),
 
+    "construct, uniform, gauss x ema": ("3213c3850644ae2e",),
+    "construct, tent, box in one slice": ("cdb79120bf909ee9",),
+    "construct, gauss, sum over two slice axes, other seed": ("c7524501ea97233e",),
+    "construct, a list, table, given sharpness": ("ae90f92e8f2f1fcb",),
 }
 
 
