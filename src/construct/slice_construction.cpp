@@ -27,9 +27,10 @@ constexpr std::int64_t most_swaps_per_point = 4;
 // In a message, where a pick turns nothing off or nothing on.
 constexpr std::uint32_t no_cell = 0xFFFFFFFFU;
 
-std::vector<Extents::SliceCoord> slice_offsets(const Footprint& overlap) {
+// Of the weights that are left, which may reach fewer slices than the overlap.
+std::vector<Extents::SliceCoord> slice_offsets(const StampKernel& kernel) {
   std::vector<Extents::SliceCoord> offsets;
-  for (const SliceTaps& slice : overlap.slices()) offsets.push_back(slice.offset);
+  for (const SliceStamp& stamp : kernel.stamps()) offsets.push_back(stamp.offset);
   return offsets;
 }
 
@@ -82,7 +83,7 @@ struct SliceConstruction::Impl {
         partition(extents.num_slices(), communicator.size()),
         begin(partition.begin(communicator.rank())),
         end(partition.end(communicator.rank())),
-        halo(extents, slice_offsets(overlap), partition, communicator.rank()),
+        halo(extents, slice_offsets(kernel), partition, communicator.rank()),
         exchange(communicator, halo, partition),
         class_of(static_cast<std::size_t>(extents.num_slices())),
         held_at(static_cast<std::size_t>(extents.num_slices()), -1) {
@@ -282,7 +283,7 @@ struct SliceConstruction::Impl {
         communicator.sum(std::span(&num_swaps, 1));
         progress.num_swaps += num_swaps;
         const std::int64_t most_rounds = most_swaps_per_point * progress.num_start_points / points + 1;
-        if (num_swaps == 0 || progress.rounds == most_rounds) enter(ConstructPhase::drain);
+        if (num_swaps == 0 || progress.rounds >= most_rounds) enter(ConstructPhase::drain);
         break;
       }
       case ConstructPhase::drain:
@@ -373,41 +374,6 @@ double SliceConstruction::fraction() const {
       return 1;
   }
   return done / all;
-}
-
-bool is_sound(const ConstructProgress& progress, std::span<const std::uint32_t> places) {
-  const auto cells = std::ssize(places);
-  std::int64_t first = 0;  // the places that are given: first, ..., last - 1
-  std::int64_t last = progress.num_placed;
-  std::int64_t on = 0;
-  switch (progress.phase) {
-    case ConstructPhase::relax:
-      on = progress.num_start_points;
-      last = 0;
-      break;
-    case ConstructPhase::drain:
-      last = progress.num_start_points;
-      first = last - progress.num_placed;
-      on = first;
-      break;
-    case ConstructPhase::fill:
-      break;
-    case ConstructPhase::done:
-      last = cells;
-      break;
-  }
-  if (first < 0 || first > last || last > cells || on < 0) return false;
-  std::vector<bool> seen(places.size());
-  std::int64_t found = 0;
-  for (const std::uint32_t entry : places) {
-    if (entry == pixel_is_on) --on;
-    if (entry >= pixel_is_on) continue;
-    if (static_cast<std::int64_t>(entry) < first || static_cast<std::int64_t>(entry) >= last || seen[entry])
-      return false;
-    seen[entry] = true;
-    ++found;
-  }
-  return on == 0 && found == last - first;
 }
 
 }  // namespace noiseloom
