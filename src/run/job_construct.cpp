@@ -6,7 +6,7 @@
 #include <chrono>
 #include <optional>
 
-#include "anneal/texture_score.h"
+#include "noiseloom/anneal/texture_score.h"
 #include "noiseloom/construct/sharpness.h"
 #include "noiseloom/core/quantity_text.h"
 #include "noiseloom/run/checkpoint.h"

@@ -195,8 +195,9 @@ TEST(VoidAndClusterConfig, SettingsOfItBelongToNoOtherMethod) {
     config.optimizer = line;
     EXPECT_THAT(
         faults_of(config.text()),
-        ElementsAre(AllOf(StartsWith("run.toml:14: optimizer." + line),
-                          HasSubstr("applies only with method = \"void-and-cluster\"; here it is \"anneal\""))));
+        ElementsAre(AllOf(
+            StartsWith("run.toml:14: optimizer." + line),
+            HasSubstr("applies only with method = \"void-and-cluster\" or \"construct\"; here it is \"anneal\""))));
   }
   EXPECT_THAT(to_toml(parsed(ConfigText{}.text())), Not(HasSubstr("density")));
 }
