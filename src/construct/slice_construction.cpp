@@ -171,7 +171,9 @@ struct SliceConstruction::Impl {
 
   void restore(const ConstructProgress& from, const std::function<std::vector<std::uint32_t>(SliceIndex)>& places_of) {
     progress = from;
-    for (const SliceIndex slice : indices()) held_slice(slice).places = places_of(slice);
+    communicator.together([&] {
+      for (const SliceIndex slice : indices()) held_slice(slice).places = places_of(slice);
+    });
     if (!done()) compute_energies();
   }
   bool done() const { return progress.phase == ConstructPhase::done; }
