@@ -17,8 +17,8 @@
 namespace noiseloom {
 namespace {
 
-// A visit picks this share of a slice. Finer visits gain little: R of 128x128x64, gauss 1.3435 x ema, is higher by ...
-// at
+// A visit picks one cell in so many. Of 64x64x32, gauss 1.3435 x ema, sharpness 1.4, R is 0.0466 with 256, 0.0462 with
+// 1024 and with 4096, which takes a third more time (construct_bench).
 constexpr std::int64_t cells_per_point = 1024;
 
 // What relaxing may take at most, in picks for each point of the start pattern. About 0.4 are usual.
