@@ -58,10 +58,10 @@ TEST(VoidAndClusterConfig, BecomesTheProblemOfTheAlgorithm) {
   EXPECT_EQ(spec.seed, 9U);
 }
 
-TEST(VoidAndClusterConfig, DefaultsAreThoseOfThePaper) {
+TEST(VoidAndClusterConfig, HasNoInitialPatternUnlessAskedFor) {
   const RunConfig config = parsed(MaskText{}.text());
   const VacSpec spec = vac_spec(config);
-  EXPECT_EQ(spec.density, 0.1);
+  EXPECT_EQ(spec.density, 0);
   EXPECT_THAT(spec.toroidal, IsEmpty());
   EXPECT_EQ(config.order.bits, 0);
   EXPECT_EQ(config.order.equalize, Equalize::volume);

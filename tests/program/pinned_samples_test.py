@@ -149,7 +149,7 @@ CONFIGS = {
 ALGORITHMS = {
     "anneal": 2,  # anneal_algorithm in include/noiseloom/anneal/swap_optimizer.h
     "fast": 2,  # fast_algorithm, there too
-    "void-and-cluster": 1,  # void_and_cluster_algorithm in include/noiseloom/construct/void_and_cluster.h
+    "void-and-cluster": 2,  # void_and_cluster_algorithm in include/noiseloom/construct/void_and_cluster.h
     "construct": 1,  # construct_algorithm in include/noiseloom/construct/slice_construction.h
 }
 
@@ -180,10 +180,10 @@ CHECKSUMS = {
     "stop by improvement": ("df0bc80fbc341c6a",),
     "fast, uniform, product": ("875bc7bd2db4ba5c",),
     "fast, hemisphere-cosine, fraction that does not grow": ("2d7e91b92df27ebc",),
-    "order in a plane": ("2419b4f24dfb7615", "4f0517867757a9fa",),
-    "order, sum over one slice axis, bits, equal slices": ("09c9bc0a62762dbf", "eacd2f2e68f1c00a",),
+    "order in a plane": ("b927a5389907cf06", "1c4fd8fee0bd5296",),
+    "order, sum over one slice axis, bits, equal slices": ("b3309b481c532874", "cb32a6c5524dc9db",),
     "order over two slice axes, bounded, other density": ("0473bd13bfcacc5d", "204e2af5001936e6",),
-    "order over one group of three axes": ("e7df68b4845c18a7", "a5e3e95f34328408",),
+    "order over one group of three axes": ("e342ca25d9b9acb9", "0561dab2aaf109d7",),
 
     "construct, uniform, gauss x ema": ("3213c3850644ae2e",),
     "construct, tent, box in one slice": ("cdb79120bf909ee9",),

@@ -12,7 +12,7 @@ namespace noiseloom {
 enum class Equalize { volume, slice };
 
 struct OrderSpec {
-  double density = 0.10;     // share of the pixels in the initial pattern, [0, 0.5]
+  double density = 0;        // share of the pixels in the initial pattern, [0, 0.5]; the paper has 0.1
   std::vector<int> bounded;  // axes that do not wrap around
   int bits = 0;              // 0: samples as fine as float32 holds them; else 2^bits levels
   Equalize equalize = Equalize::volume;
@@ -34,7 +34,7 @@ struct VacSpec {
   Extents extents;
   std::vector<VacGroup> groups;
   std::vector<bool> toroidal;  // per axis; empty: all
-  double density = 0.10;       // fraction of pixels in the initial pattern (rounded down), [0, 0.5]
+  double density = 0.10;       // share of the pixels in the initial pattern (rounded down), [0, 0.5]
   std::uint64_t seed = 1;
 };
 

@@ -47,7 +47,8 @@ namespace noiseloom {
 // The number of this algorithm, and of how samples follow from the order: raised in the same commit as any change after
 // which an unchanged config gives another /order or other /samples (tests/program/pinned_samples_test.py notices). A
 // run file keeps it, and a run of another number is not gone on with.
-inline constexpr std::int64_t void_and_cluster_algorithm = 1;
+//   2: without an initial pattern unless the config asks for one
+inline constexpr std::int64_t void_and_cluster_algorithm = 2;
 
 // Throws UserError listing everything that is wrong with `spec`.
 void check_vac_spec(const VacSpec& spec);
