@@ -345,6 +345,7 @@ TEST(DescribeSettings, NamesEveryKeyThatAConfigCanHold) {
                           "optimizer.fraction",
                           "optimizer.grow_fraction",
                           "optimizer.density",
+                          "optimizer.sharpness",
                           "optimizer.bounded",
                           "optimizer.bits",
                           "optimizer.equalize"}) {
@@ -352,7 +353,7 @@ TEST(DescribeSettings, NamesEveryKeyThatAConfigCanHold) {
   }
   EXPECT_THAT(text, HasSubstr("default 1.9; with kernel = \"gauss-energy\""));
   EXPECT_THAT(text, HasSubstr("default 0.125; with method = \"fast\""));
-  EXPECT_THAT(text, HasSubstr("default 0.1; with method = \"void-and-cluster\""));
+  EXPECT_THAT(text, HasSubstr("default 0.03; with method = \"construct\""));
   EXPECT_THAT(text, HasSubstr("default \"distance\"; with method = \"anneal\" or \"fast\""));
 }
 

@@ -82,7 +82,7 @@ class QualityTest(MaskTest):
         own = json.loads(self.run_program("score", run_file, "--json").stdout)
         text = self.run_program("analyze", run_file, "-o", "report").stdout
         self.assertIn(f"xy {own['low_frequency_power']['xy']:.3g}", text)
-        self.assertIn("along t: " + ", ".join(f"{power:.3g}" for power in own["first_bins"]["t"]), text)
+        self.assertIn("along t: " + ", ".join(f"{power:#.3g}" for power in own["first_bins"]["t"]), text)
         names = {path.name for path in (self.folder / "report").iterdir()}
         self.assertLessEqual({"points_0.02.png", "points_0.5.png", "spectra.svg", "spectrum_t.csv"}, names)
         with Image.open(self.folder / "report" / "points_0.1.png") as image:

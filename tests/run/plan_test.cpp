@@ -162,7 +162,7 @@ TEST(Plan, NamesWhatIsOnAndOff) {
 
 TEST(Plan, OfAnOrderCountsItsPhases) {
   const RunConfig config = config_of("x = 8192, y = 8192", {R"({ axes = "xy", kernel = "gauss-energy", sigma = 1.9 })"},
-                                     "sum", {"optimizer={method=\"void-and-cluster\"}"});
+                                     "sum", {"optimizer={method=\"void-and-cluster\",density=0.1}"});
   const RunPlan plan = plan_run(config, {.ranks = 2});
   EXPECT_EQ(plan.method, "void-and-cluster");
   EXPECT_EQ(plan.phases.points, std::floor(0.1 * 8192 * 8192));
