@@ -136,7 +136,7 @@ std::int64_t SwapOptimizer::sweep() const { return impl_->state.sweep; }
 std::int64_t SwapOptimizer::iterations() const { return impl_->state.iterations; }
 std::int64_t SwapOptimizer::iterations_per_sweep() const { return impl_->schedule.iterations_per_sweep(); }
 Moment SwapOptimizer::moment() const { return impl_->moment(); }
-const Partition& SwapOptimizer::partition() const { return impl_->slices.partition(); }
+const Distribution& SwapOptimizer::distribution() const { return impl_->slices.distribution(); }
 const HaloPlan& SwapOptimizer::halo() const { return impl_->slices.halo(); }
 std::int64_t SwapOptimizer::num_classes() const { return std::ssize(impl_->classes); }
 bool SwapOptimizer::couples_slices() const { return impl_->score_footprint.couples_slices(); }

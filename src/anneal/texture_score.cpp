@@ -57,7 +57,7 @@ double texture_error(const Footprint& footprint, const SampleSource& source, dou
                      ThreadPool& pool) {
   const std::vector<double> own =
       in_float != nullptr ? own_sums(*in_float, slices, pool) : own_sums(footprint, source, slices, pool);
-  return relative_error(footprint, mean_distance, communicator.gather_all(slices.partition(), own));
+  return relative_error(footprint, mean_distance, communicator.gather_all(slices.distribution().partition(), own));
 }
 
 }  // namespace noiseloom

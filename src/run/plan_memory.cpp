@@ -89,7 +89,7 @@ PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, cons
   const double lists = threads * (values + ids);
   const double samples = as_double(num_slices) * cells;
   // All samples of the texture, the list of a slice, and what a vector that grows keeps in reserve.
-  const bool sorts_all = sizes.scalar && samples <= 0x1p26 && rank.rank == 0;
+  const bool sorts_all = sizes.scalar && samples <= 0x1p26 && rank.rank == Rank(0);
   const double mean = sorts_all ? 12 * samples : threads * 3 * std::max(values, std::min(samples, 0x1p20) * 4);
   const double resumed = held * ids + own * values;
   memory.at_start = std::max({lists, mean, memory.at_score, resumed,
