@@ -1,7 +1,6 @@
 // noiseloom: generate, plan and info; everything else is run in noiseloom-study, which links the image libraries.
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include <system_error>
 #include <vector>
 
+#include "address_space.h"
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/standard_streams.h"
@@ -53,26 +53,13 @@ const std::vector<std::string>& study_commands() {
   return commands;
 }
 
-// The image libraries that noiseloom-study is linked with take about 400 MB of address space before its main begins,
-// and abort without a word of what is missing.
-bool has_room_for_study() {
-  constexpr rlim_t least = 500'000'000;
-  rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= least) return true;
-  print_error(
-      fmt::format("out of memory: this shell allows a process {} MB of address space (ulimit -v), and the image "
-                  "libraries alone take about 400; accepted: {} MB and more\n",
-                  limit.rlim_cur / 1'000'000, least / 1'000'000));
-  return false;
-}
-
 bool is_one_of(const std::string& word, const std::vector<std::string>& words) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
 // Replaces this process by noiseloom-study, installed beside this program.
 int run_study(char** argv) {
-  if (!has_room_for_study()) return exit_environment;
+  if (!enough_address_space()) return exit_environment;
   std::array<char, PATH_MAX> self{};
   const ssize_t length = readlink("/proc/self/exe", self.data(), self.size() - 1);
   if (length > 0) {

@@ -174,13 +174,7 @@ int run_info(int argc, char** argv) {
   app.add_option("RUN", path, "run file")->required();
   app.add_flag("--json", json, "everything, the whole history too, as one JSON object");
   if (const auto status = read_options(app, argc - 1, argv + 1)) return *status;
-  if (only_previous_generation(path)) {
-    throw UserError(path,
-                    fmt::format("is missing, but {0}, the generation before it, is there (noiseloom info {0}); go "
-                                "on from it with generate --resume",
-                                previous_generation(path)));
-  }
-  const RunFileReader reader(path, Changed::accepted);
+  const RunFileReader reader = open_to_look_at(path);
   if (!reader.change().empty()) print_error(fmt::format("WARNING: {}: {}\n", path, reader.change()));
   const Checked checked = check(reader);
   if (json) {

@@ -8,8 +8,11 @@
 #include <cstdio>
 #include <ctime>
 #include <exception>
+#include <filesystem>
 #include <new>
 
+#include "address_space.h"
+#include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/standard_streams.h"
 
@@ -50,18 +53,39 @@ int run(int argc, char** argv) {
     return status;
   } catch (const UserError& error) {
     const std::size_t count = error.faults().size();
-    fmt::print(stderr, "{}\n{} error{}; nothing was done\n", error.what(), count, count == 1 ? "" : "s");
+    print_error(fmt::format("{}\n{} error{}; nothing was done\n", error.what(), count, count == 1 ? "" : "s"));
     return exit_user;
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "out of memory: the system gives this process no more (ulimit -v, a container's limit?)\n");
+    print_error("out of memory: the system gives this process no more (ulimit -v, a container's limit?)\n");
     return exit_environment;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}\n", error.what());
+    print_error(fmt::format("{}\n", error.what()));
     return exit_environment;
   }
 }
 
+// Runs before the libraries are set up, as one of them starts threads then (main() would be too late).
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+void refuse_little_address_space(int, char**, char**) {
+  if (!enough_address_space()) ::_exit(exit_environment);
+}
+[[gnu::section(".preinit_array"), gnu::used]] void (*const before_libraries)(int, char**,
+                                                                             char**) = refuse_little_address_space;
+#endif
+
 }  // namespace
+
+void refuse_unfit_folder(const std::string& folder) {
+  if (folder.empty()) throw UserError("command line", "-o: the name of the folder is empty");
+  if (folder == "-")
+    throw UserError("command line", "-o -: a report is a folder of files, which cannot go to standard output");
+  const std::filesystem::path path(folder);
+  for (const char* const ending : {".html", ".htm", ".pdf"})
+    if (path.extension() == ending && !std::filesystem::is_directory(path))
+      throw UserError(
+          "command line",
+          fmt::format("-o {}: a report is a folder of files, report.html among them; give the folder's name", folder));
+}
 
 ReportOrigin report_origin() {
   ReportOrigin origin{NOISELOOM_VERSION, "", "noiseloom"};

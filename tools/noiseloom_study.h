@@ -34,6 +34,10 @@ std::optional<RunConfig> config_of(const TextureArguments& arguments, const std:
 TextureFile load_argument(const TextureArguments& arguments, const std::string& file);
 int threads_of(const TextureArguments& arguments);
 
+// Throws UserError where `folder`, given for a report, is plainly meant as something else: standard output, or one
+// file.
+void refuse_unfit_folder(const std::string& folder);
+
 // What a page says it was made by: the version, today's date, and the command line as a shell takes it.
 ReportOrigin report_origin();
 

@@ -29,6 +29,7 @@ void run_analyze(const Arguments& arguments) {
     throw UserError("command line", fmt::format("{} files, but analyze writes the report of one; for images that are "
                                                 "slices of one texture give a pattern: noise_{{}}.png",
                                                 files.size()));
+  refuse_unfit_folder(arguments.folder);
   const TextureFile file = load_argument(arguments.texture, files.front());
   ThreadPool pool(threads_of(arguments.texture));
   OutputFiles output(posix_file_ops(), arguments.overwrite);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "noiseloom/core/console.h"
 #include "noiseloom/image/export.h"
 #include "noiseloom_study.h"
 
@@ -24,9 +25,9 @@ std::string list_of_files(const std::vector<std::string>& files) {
 
 void run_export(const std::string& file, const ExportOptions& options) {
   const ExportResult result = export_run_file(file, options, posix_file_ops());
-  if (!result.change.empty()) fmt::print(stderr, "warning: {}: {}\n", file, result.change);
+  if (!result.change.empty()) print_error(fmt::format("warning: {}: {}\n", file, result.change));
   if (!result.unfinished.empty())
-    fmt::print(stderr, "warning: {}: {}; go on with generate --resume\n", file, result.unfinished);
+    print_error(fmt::format("warning: {}: {}; go on with generate --resume\n", file, result.unfinished));
   if (!result.files.empty()) fmt::print("wrote {}\n", list_of_files(result.files));
   if (!result.tables.empty()) fmt::print("{}, in {}\n", result.points, list_of_files(result.tables));
 }

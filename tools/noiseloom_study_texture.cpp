@@ -4,6 +4,7 @@
 #include "noiseloom/config/stored_config.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/parallel.h"
+#include "noiseloom/files/generations.h"
 #include "noiseloom/files/run_file.h"
 #include "noiseloom/samples/sample_space.h"
 #include "noiseloom_study.h"
@@ -83,7 +84,7 @@ std::optional<RunConfig> config_of(const TextureArguments& arguments, const std:
   if (!arguments.config.empty()) return load_config(arguments.config, arguments.overrides);
   if (arguments.overrides.empty()) return std::nullopt;
   if (!looks_like_run_file(file)) return config_from_set(arguments, file);
-  const RunFileReader reader(file, Changed::accepted);
+  const RunFileReader reader = open_to_look_at(file);
   return stored_config(reader.content(), file, arguments.overrides);
 }
 

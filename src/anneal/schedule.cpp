@@ -1,6 +1,7 @@
 #include "noiseloom/anneal/schedule.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "noiseloom/core/math.h"
 
@@ -87,6 +88,11 @@ bool score_due(const Moment& moment, std::int64_t scores_per_round) {
   const std::int64_t scores = std::min(scores_per_round, moment.round_length);
   const std::int64_t before = moment.sweep_in_round * scores / moment.round_length;
   return (moment.sweep_in_round + 1) * scores / moment.round_length > before;
+}
+
+bool score_due_without_end(std::int64_t sweeps, std::int64_t interval) {
+  const auto power = static_cast<std::int64_t>(std::bit_floor(static_cast<std::uint64_t>(sweeps)));
+  return sweeps % std::max(interval, power / 8) == 0;
 }
 
 }  // namespace noiseloom

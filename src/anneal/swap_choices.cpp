@@ -5,7 +5,7 @@
 
 #include "noiseloom/core/math.h"
 
-#include "noiseloom/anneal/colour_classes.h"
+#include "noiseloom/problem/colour_classes.h"
 
 namespace noiseloom {
 namespace {
@@ -87,14 +87,7 @@ int num_features(const OptimizerSpec& optimizer, double fraction) {
   return std::max(optimizer.background_features, std::min(most, times * optimizer.background_features));
 }
 
-std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, bool in_float, const Footprint& judged,
-                              bool with_features, std::int64_t iterations) {
-  return scores_per_round(kind, scored.num_taps(), in_float,
-                          with_features ? std::ssize(judged.slices()[0].taps) : judged.num_taps(), iterations);
-}
-
-std::int64_t scores_per_round(DistanceKind kind, std::int64_t scored_taps, bool in_float, std::int64_t judged_taps,
-                              std::int64_t iterations) {
+double iterations_per_score(DistanceKind kind, std::int64_t scored_taps, bool in_float, std::int64_t judged_taps) {
   // Nanoseconds, measured: of R for a tap of a cell, and of a candidate without and for each tap.
   struct Cost {
     double scored_tap;
@@ -105,14 +98,25 @@ std::int64_t scores_per_round(DistanceKind kind, std::int64_t scored_taps, bool 
                     : kind == DistanceKind::euclidean ? Cost{0.5, 0.12, 0.3}
                                                       : Cost{0.15, 0.05, 0.1};
   constexpr double candidate = 100;
-  constexpr double most_of_run = 1.0 / 12;  // for so few points that a curve needs them all,
-  constexpr double few_points = 20;
-  constexpr double little_of_run = 1.0 / 40;  // and for more
   const auto taps = static_cast<double>(judged_taps);
   const double score = (in_float ? cost.scored_tap_in_float : cost.scored_tap) * static_cast<double>(scored_taps) / 2;
-  const double round = static_cast<double>(iterations) * (candidate + 2 * cost.judged_tap * taps) / 2;
-  const double most = std::clamp(little_of_run * round / score, few_points, 50.0);
-  return static_cast<std::int64_t>(std::clamp(most_of_run * round / score, 1.0, most));
+  return score / ((candidate + 2 * cost.judged_tap * taps) / 2);
+}
+
+namespace {
+constexpr double share_of_rows = 1.0 / 40;
+}
+
+std::int64_t scores_per_round(double iterations_per_score, std::int64_t iterations) {
+  constexpr double few_points = 8;  // which a curve needs, so that they may cost more
+  constexpr double share_of_few = 1.0 / 20;
+  const double worth = static_cast<double>(iterations) / iterations_per_score;  // as many evaluations cost the round
+  const double most = std::clamp(share_of_rows * worth, few_points, 50.0);
+  return static_cast<std::int64_t>(std::clamp(share_of_few * worth, 1.0, most));
+}
+
+std::int64_t score_interval(double iterations_per_score) {
+  return static_cast<std::int64_t>(std::clamp(iterations_per_score / share_of_rows, 1.0, 0x1p40));
 }
 
 }  // namespace noiseloom

@@ -65,6 +65,7 @@ struct SwapOptimizer::Impl {
   double quick_score_s() const { return float_score ? quick_score_took_s : exact_score_took_s; }
   void end_sweep(double seconds);
   bool score_is_wanted(double seconds) const;
+  bool row_is_planned(const Moment& moment) const;
   void adapt_fraction(std::int64_t accepted, const Moment& moment);
   void add_row(double seconds);
 };

@@ -35,6 +35,19 @@ bool SwapOptimizer::Impl::score_is_wanted(double seconds) const {
   return seconds - last_score_s >= std::max(score_shown_every_s, score_share * quick_score_s());
 }
 
+// A run of `fast` by iterations may be extended (run/resume.h), and must then have the rows of one that had the later
+// end from its start: so these follow from the sweep alone.
+bool SwapOptimizer::Impl::row_is_planned(const Moment& moment) const {
+  const std::int64_t judged_taps =
+      movers.use_features() ? std::ssize(energy_footprint.slices()[0].taps) : energy_footprint.num_taps();
+  const double worth =
+      iterations_per_score(source.distance(), score_footprint.num_taps(), float_score.has_value(), judged_taps);
+  if (optimizer.method == Method::fast && optimizer.stop.iterations > 0) {
+    return score_due_without_end(moment.sweep_in_round + 1, score_interval(worth));
+  }
+  return score_due(moment, scores_per_round(worth, schedule.iterations_of_round(moment)));
+}
+
 void SwapOptimizer::Impl::end_sweep(double seconds) {
   const Moment moment = this->moment();
   const bool wanted = communicator.is_root() && score_is_wanted(seconds);
@@ -59,10 +72,7 @@ void SwapOptimizer::Impl::end_sweep(double seconds) {
     const double score_s = communicator.broadcast(quick_score_s());
     row_is_due = out_of_time || now - state.history.back().seconds >= std::max(limit_s / 50, score_share * score_s);
   } else {
-    const std::int64_t rows =
-        scores_per_round(source.distance(), score_footprint, float_score.has_value(), energy_footprint,
-                         movers.use_features(), schedule.iterations_of_round(moment));
-    row_is_due = score_due(moment, rows);
+    row_is_due = moment.ends_round() || row_is_planned(moment);
   }
   if (row_is_due || sums[2] > 0) score(Exactness::quick, now);
   if (!row_is_due) return;

@@ -15,19 +15,6 @@ namespace {
 constexpr std::int64_t line_words = 16;
 constexpr std::int64_t leaf_words = 64;
 
-std::uint32_t* allocate_words(std::size_t count) {
-  // Footprints over slice axes touch a page for every slice: huge pages keep them within reach of the TLB.
-  constexpr std::size_t huge_page = std::size_t{1} << 21;
-  const std::size_t alignment = count * sizeof(std::uint32_t) >= huge_page ? huge_page : 64;
-  const std::size_t bytes = (count * sizeof(std::uint32_t) + alignment - 1) / alignment * alignment;
-  void* memory = std::aligned_alloc(alignment, bytes);
-  if (memory == nullptr) throw std::bad_alloc();
-#ifdef MADV_HUGEPAGE
-  if (alignment == huge_page) madvise(memory, bytes, MADV_HUGEPAGE);  // only advice: failure costs speed alone
-#endif
-  return static_cast<std::uint32_t*>(memory);
-}
-
 bool contains_x(const VacGroupKernel& group) { return group.axis0 == 0; }
 
 }  // namespace
@@ -64,6 +51,19 @@ VacLayout::Coord VacLayout::coord(std::uint64_t position) const {
     position /= n;
   }
   return result;
+}
+
+VacWords allocate_words(std::size_t count) {
+  // Footprints over slice axes touch a page for every slice: huge pages keep them within reach of the TLB.
+  constexpr std::size_t huge_page = std::size_t{1} << 21;
+  const std::size_t alignment = count * sizeof(std::uint32_t) >= huge_page ? huge_page : 64;
+  const std::size_t bytes = (count * sizeof(std::uint32_t) + alignment - 1) / alignment * alignment;
+  void* memory = std::aligned_alloc(alignment, bytes);
+  if (memory == nullptr) throw std::bad_alloc();
+#ifdef MADV_HUGEPAGE
+  if (alignment == huge_page) madvise(memory, bytes, MADV_HUGEPAGE);  // only advice: failure costs speed alone
+#endif
+  return VacWords(static_cast<std::uint32_t*>(memory));
 }
 
 void VacFree::operator()(void* memory) const { std::free(memory); }

@@ -69,6 +69,9 @@ struct VacLayout {
 struct VacFree {
   void operator()(void* memory) const;
 };
+using VacWords = std::unique_ptr<std::uint32_t[], VacFree>;
+// Uninitialised; on huge pages where they are many. Throws std::bad_alloc.
+VacWords allocate_words(std::size_t count);
 
 class VacField {
  public:
@@ -111,7 +114,7 @@ class VacField {
   VacLayout layout_;
   const VacKernel& kernel_;
   std::size_t num_words_;
-  std::unique_ptr<std::uint32_t[], VacFree> data_;
+  VacWords data_;
   std::vector<std::uint32_t> bounds_;
   std::vector<VacPlace> places_;  // of a call of turn
   std::vector<VacPlace> by_line_;

@@ -9,28 +9,15 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "construct/rows-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::vac_simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Lanes = hn::CappedTag<std::uint32_t, VacGroupKernel::padding>;
-
-// The set lanes of a mask, as bits.
-template <class M>
-HWY_INLINE std::uint32_t bits_of(Lanes d, M mask) {
-  std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  return static_cast<std::uint32_t>(bytes[0]) | (static_cast<std::uint32_t>(bytes[1]) << 8);
-}
-
-template <bool On>
-struct Adder {
-  template <class V>
-  HWY_INLINE void operator()(Lanes d, std::uint32_t* words, V weights) const {
-    const auto old = hn::LoadU(d, words);
-    hn::StoreU(On ? hn::Add(old, weights) : hn::Sub(old, weights), d, words);
-  }
-};
+using rows::HWY_NAMESPACE::Adder;
+using rows::HWY_NAMESPACE::bits_of;
+using rows::HWY_NAMESPACE::Lanes;
 
 template <bool On>
 struct WatchingAdder {
@@ -52,36 +39,10 @@ struct WatchingAdder {
   }
 };
 
-// weights[0, count) onto words[0, count); what follows count in `weights` may be anything.
-template <class A>
-HWY_INLINE void add_part(const A& add, std::uint32_t* words, const std::uint32_t* weights, std::size_t count) {
-  const Lanes d;
-  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const auto part = hn::IfThenElseZero(hn::FirstN(d, count - i), hn::LoadU(d, weights + i));
-    add(d, words + i, part);
-  }
-}
-
-// One row of taps around x; `words` is the start of the row of pixels.
 template <class A>
 HWY_INLINE void add_row(const VacLayout& layout, const VacRow& row, const std::uint32_t* weights, const A& add,
                         std::int64_t x, std::uint32_t* words) {
-  const Lanes d;
-  const std::int64_t begin = x - row.lo;
-  const std::int64_t end = x + row.hi + 1;
-  const std::int64_t width = layout.size[0];
-  const std::uint32_t* w = weights + row.first;
-  if (HWY_LIKELY(begin >= 0 && end <= width)) {  // zeros follow the row of taps
-    const auto count = static_cast<std::size_t>(end - begin);
-    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) add(d, words + begin + i, hn::LoadU(d, w + i));
-    return;
-  }
-  const std::int64_t from = std::max<std::int64_t>(begin, 0);
-  const std::int64_t to = std::min(end, width);
-  add_part(add, words + from, w + (from - begin), static_cast<std::size_t>(to - from));
-  if (!layout.toroidal[0]) return;
-  if (begin < 0) add_part(add, words + begin + width, w, static_cast<std::size_t>(-begin));
-  if (end > width) add_part(add, words, w + (width - begin), static_cast<std::size_t>(end - width));
+  rows::HWY_NAMESPACE::add_row(layout.size[0], layout.toroidal[0], row.lo, row.hi, weights + row.first, add, x, words);
 }
 
 // Calls visit(row, x, words of the row's line) for the kernel rows that meet the slice of `position`.

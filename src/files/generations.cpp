@@ -66,6 +66,26 @@ std::unique_ptr<RunFileReader> open_previous(const std::string& path, FileOps& o
   }
 }
 
+// Only what the file says can show that it is damaged. That it cannot be read may pass (a network file system that lost
+// its server, no memory left), and then the generation before it would be a loss without need; a disk that stays
+// unreadable looks just the same. So it is tried once more, and after that a person decides.
+std::unique_ptr<RunFileReader> open_newest(const std::string& path, FileOps& ops, bool has_previous) {
+  try {
+    return std::make_unique<RunFileReader>(path, Changed::refused, ops);
+  } catch (const EnvironmentError&) {
+  }
+  try {
+    return std::make_unique<RunFileReader>(path, Changed::refused, ops);
+  } catch (const EnvironmentError& error) {
+    if (!has_previous) throw;
+    throw EnvironmentError(
+        fmt::format("{}\nit may be whole, so {}, the generation before it, does not stand in for it: "
+                    "try again; where it stays like this, move it away, and --resume goes on from "
+                    "that generation",
+                    error.what(), previous_generation(path)));
+  }
+}
+
 }  // namespace
 
 std::string previous_generation(const std::string& path) { return follow_links(path) + ".prev"; }
@@ -134,19 +154,35 @@ bool only_previous_generation(const std::string& path) {
   return !ops.exists(follow_links(path)) && ops.exists(previous) && looks_like_run_file(previous);
 }
 
+std::string previous_generation_note(const std::string& path) {
+  const std::string previous = previous_generation(path);
+  if (!looks_like_run_file(previous)) return "";
+  return fmt::format("; {}, the generation before it, is there", previous);
+}
+
+RunFileReader open_to_look_at(const std::string& path) {
+  try {
+    return RunFileReader(path, Changed::accepted);
+  } catch (const UserError& error) {
+    std::error_code ignored;
+    const bool is_damaged = dynamic_cast<const DamagedRunFile*>(&error) != nullptr;
+    if (!is_damaged && std::filesystem::exists(path, ignored)) throw;
+    std::vector<Fault> faults = error.faults();
+    faults.back().text += previous_generation_note(path);
+    throw UserError(std::move(faults));
+  }
+}
+
 NewestGeneration open_newest_generation(const std::string& path, FileOps& ops) {
   const bool has_previous = ops.exists(previous_generation(path));
   NewestGeneration newest;
   if (ops.exists(follow_links(path))) {
     try {
-      newest.reader = std::make_unique<RunFileReader>(path, Changed::refused, ops);
+      newest.reader = open_newest(path, ops, has_previous);
       return newest;
     } catch (const DamagedRunFile& damage) {
       if (!has_previous) throw;
       newest.trouble = damage.what();
-    } catch (const EnvironmentError& error) {
-      if (!has_previous) throw;
-      newest.trouble = error.what();
     }
   } else {
     if (!has_previous) return newest;

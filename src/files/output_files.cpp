@@ -48,7 +48,7 @@ void OutputStream::close() {
 
 OutputFiles::~OutputFiles() {
   std::error_code ignored;  // nothing more can be done about a file that will not go
-  for (const auto& [temporary, target] : files_) fs::remove(temporary, ignored);
+  for (const File& file : files_) fs::remove(file.temporary, ignored);
   for (auto folder = new_folders_.rbegin(); folder != new_folders_.rend(); ++folder) fs::remove(*folder, ignored);
 }
 
@@ -73,20 +73,26 @@ void OutputFiles::check(const std::vector<std::string>& targets) const {
 
 std::vector<std::string> OutputFiles::targets() const {
   std::vector<std::string> targets;
-  for (const auto& [temporary, target] : files_) targets.push_back(target);
+  for (const File& file : files_) targets.push_back(file.target);
   return targets;
 }
 
 std::string OutputFiles::add(const std::string& target) {
-  const fs::path path(target);
-  NOISELOOM_CHECK(std::none_of(files_.begin(), files_.end(), [&](const auto& file) { return file.second == target; }));
+  NOISELOOM_CHECK(std::none_of(files_.begin(), files_.end(), [&](const File& file) { return file.target == target; }));
   check({target});
-  create_folders(parent_directory(target), new_folders_);
-  const fs::path temporary = fs::path(parent_directory(target)) / fmt::format(".{}.partial-{}{}", path.stem().string(),
-                                                                              ::getpid(), path.extension().string());
+  const std::string place = follow_links(target);
+  for (const File& file : files_) {
+    if (file.place == place)
+      throw UserError(target, fmt::format("leads to {}, as {} does, which is written too", place, file.target));
+  }
+  create_folders(parent_directory(place), new_folders_);
+  // The ending is the target's own: what writes an image chooses the container by it.
+  const fs::path temporary =
+      fs::path(parent_directory(place)) / fmt::format(".{}.partial-{}-{}{}", fs::path(place).stem().string(),
+                                                      ::getpid(), files_.size(), fs::path(target).extension().string());
   std::error_code ignored;
   fs::remove(temporary, ignored);  // left by a killed process of the same number
-  files_.emplace_back(temporary.string(), target);
+  files_.push_back({temporary.string(), target, place});
   return temporary.string();
 }
 
@@ -117,11 +123,11 @@ void OutputFiles::sync(const std::string& path) {
 
 void OutputFiles::commit() {
   std::set<std::string> folders;
-  for (const auto& [temporary, target] : files_) {
-    sync(temporary);
-    folders.insert(parent_directory(target));
+  for (const File& file : files_) {
+    sync(file.temporary);
+    folders.insert(parent_directory(file.place));
   }
-  for (const auto& [temporary, target] : files_) ops_.rename(temporary, target);
+  for (const File& file : files_) ops_.rename(file.temporary, file.place);
   for (const std::string& folder : folders) ops_.sync_directory(folder);
   files_.clear();
   new_folders_.clear();

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "noiseloom/config/config.h"
+#include "noiseloom/files/generations.h"
 #include "noiseloom/files/order_codec.h"
 #include "noiseloom/files/output_files.h"
 #include "noiseloom/files/pixel_order.h"
@@ -205,7 +206,7 @@ std::string unfinished_run(const RunFileContent& content, const RunConfig& confi
 }
 
 ExportResult export_run_file(const std::string& path, const ExportOptions& options, FileOps& ops) {
-  const RunFileReader reader(path, Changed::accepted);
+  const RunFileReader reader = open_to_look_at(path);
   const RunFileContent& content = reader.content();
   if (options.threshold.empty() && reader.dataset("/samples") < 0) throw UserError(path, "holds no /samples");
   const RunConfig config =

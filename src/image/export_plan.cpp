@@ -269,8 +269,8 @@ class Planner {
       main_.targets = {target(output_.file)};
       return;
     }
-    const std::string ending =
-        output_.file.empty() ? container_->endings.front() : fs::path(output_.file).extension().string();
+    std::string ending = fs::path(output_.file).extension().string();
+    if (ending.empty()) ending = container_->endings.front();
     std::string stem = fs::path(name_).stem().string();
     if (own_name) {
       stem = fs::path(output_.file).stem().string();
@@ -279,7 +279,12 @@ class Planner {
       if (plan_.num_points) stem += "_below" + density_;
     }
     if (one_file) {
-      if (naming_.scheme == NamingScheme::pattern) fault("a pattern names slices; the layout is one file");
+      if (naming_.scheme == NamingScheme::pattern)
+        fault(fmt::format(
+            "{}: numbers slices, but {} with layout {} is one file; leave the number out, or choose another "
+            "--layout or --format",
+            pattern_in_output_ ? "-o " + options_.output : "--naming " + options_.naming, container_->name,
+            to_string(main_.layout)));
       main_.targets = {container_->content == ContainerContent::ranks ? target(table_stem() + ending)
                                                                       : target(stem + ending)};
       return;

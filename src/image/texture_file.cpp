@@ -9,6 +9,7 @@
 
 #include "image/texture_loaders.h"
 #include "noiseloom/config/stored_config.h"
+#include "noiseloom/files/generations.h"
 #include "noiseloom/files/hdf5_array.h"
 #include "noiseloom/files/npy.h"
 #include "noiseloom/files/order_codec.h"
@@ -129,7 +130,7 @@ std::vector<std::uint64_t> ranks_of(const PixelOrder& order, const Extents& exte
 
 TextureFile run_file(const Request& request) {
   const std::string& path = request.path;
-  const RunFileReader reader(path, Changed::accepted);
+  const RunFileReader reader = open_to_look_at(path);
   const RunFileContent& content = reader.content();
   const int samples = reader.dataset("/samples");
   if (samples < 0) throw UserError(path, "holds no /samples");
@@ -166,14 +167,15 @@ FileKind kind_of(const std::string& path) {
   if (!fs::exists(path)) {
     if (split_dataset_name(path)) return FileKind::hdf5;
     if (is_sequence_pattern(path)) return FileKind::images;
-    throw UserError(path, "no such file");
+    throw UserError(path, "no such file" + previous_generation_note(path));
   }
   if (!fs::is_regular_file(path)) throw UserError(path, "a device, not a file");
   if (looks_like_run_file(path)) return FileKind::run_file;
   const std::string extension = lower_case_extension(path);
   if (extension == ".npy") return FileKind::npy;
   if (extension == ".raw" || extension == ".bin") return FileKind::raw;
-  if (extension == ".h5" || extension == ".hdf5" || is_hdf5(path)) return FileKind::hdf5;
+  if (is_hdf5(path)) return FileKind::hdf5;
+  if (extension == ".h5" || extension == ".hdf5") return may_be_run_file(path) ? FileKind::run_file : FileKind::hdf5;
   return FileKind::images;
 }
 

@@ -286,7 +286,13 @@ SwapState checked_state(const RunFileReader& file, const RunConfig& config, cons
   const StopSpec& now = config.optimizer.stop;
   const bool moved =
       stop.iterations != now.iterations || stop.score != now.score || stop.improvement != now.improvement;
-  if (moved) move_end(state, now, engine.iterations_per_sweep());
+  if (moved) {
+    move_end(state, now, engine.iterations_per_sweep());
+    // The last row was there because the run ended with it.
+    const bool was_end = state.finished.empty() && state.history.size() > 1 &&
+                         state.history.back().sweep == static_cast<double>(state.sweep);
+    if (was_end && now.time_s <= 0 && !engine.row_is_planned_after(state.sweep)) state.history.pop_back();
+  }
   if (state.finished.empty()) require_same_algorithm(content, config.optimizer.method, file.path());
   return state;
 }

@@ -54,7 +54,7 @@ class Generation {
   bool asked_to_stop() const;
   GenerateResult stopped_before_start() const;
   GenerateResult stopped(const LoopResult& end) const;
-  std::string save(SaveMoment moment);
+  std::string save();
   void remove_previous_generation() const;
   std::vector<std::pair<std::string, std::string>> summary(const std::string& checksum);
   std::map<std::string, Attribute> provenance() const;
@@ -213,7 +213,7 @@ std::map<std::string, Attribute> Generation::provenance() const {
 }
 
 // Throws OutputLost on every rank, which no further try would mend; SharedEnvironmentError for all that one may.
-std::string Generation::save(SaveMoment moment) {
+std::string Generation::save() {
   std::string lost;
   communicator_.on_root([&] {
     try {
@@ -224,8 +224,7 @@ std::string Generation::save(SaveMoment moment) {
   });
   communicator_.broadcast(lost);
   if (!lost.empty()) throw OutputLost(lost);
-  const SaveTarget target{request_.output, provenance()};
-  return moment == SaveMoment::stop ? job_->save_at_stop(target) : job_->save(target);
+  return job_->save({request_.output, provenance()});
 }
 
 // Before hours are spent: whether a save will find its place.
@@ -292,7 +291,7 @@ GenerateResult Generation::run() {
   std::string checksum = stored_checksum_;
   // A run may be over as it starts, where nothing can be swapped; only a resumed one is saved already.
   if (!resumed_ || !job_->finished()) {
-    const SaveRun save_now = [this](SaveMoment moment) { return save(moment); };
+    const SaveRun save_now = [this] { return save(); };
     RunLoop loop(*job_, request_.loop, earlier_s_, surroundings_, save_now, communicator_, progress_);
     LoopResult end;
     naming_shortage("computing", [&] { end = loop.run(); });

@@ -38,12 +38,8 @@ class SwapJob : public Job {
     return save_run(posix_file_ops(), target.path, config_, source_, *optimizer_, *communicator_, target.provenance);
   }
 
-  // R at the stop belongs into the file. Where it takes long, what a second signal could destroy is saved first.
-  std::string save_at_stop(const SaveTarget& target) override {
-    if (!optimizer_->scores_within(quick_score_s)) save(target);
-    optimizer_->score_now();
-    return save(target);
-  }
+  void refresh() override { optimizer_->score_now(); }
+  bool refreshes_quickly() const override { return optimizer_->scores_within(quick_score_s); }
   std::vector<SliceDataset> datasets() const override { return run_datasets(source_); }
   std::string start_words() const override {
     return "placing the samples, then two scores: the mean distance of all samples, and R of the start";

@@ -65,21 +65,20 @@ std::string RunLoop::stop_cause(std::uint32_t bits) const {
 LoopResult RunLoop::run() {
   while (!job_.finished()) {
     const std::uint32_t bits = communicator_.any_bits(bits_due());
-    if ((bits & (signal_bit | limit_bit | reader_bit)) != 0)
-      return {false, stop_cause(bits), save_at_last(SaveMoment::stop)};
+    if ((bits & (signal_bit | limit_bit | reader_bit)) != 0) return {false, stop_cause(bits), save_at_stop()};
     if ((bits & checkpoint_bit) != 0) checkpoint();
     job_.step(run_s());
     has_moved_ = true;
     progress_.update(job_.num_rows(), surroundings_.part_s(),
                      [&] { return job_.figures(run_s(), surroundings_.part_s()); });
   }
-  return {true, "", save_at_last(SaveMoment::end)};
+  return {true, "", save_at_last()};
 }
 
 void RunLoop::checkpoint() {
   const std::string position = job_.position();
   try {
-    save_(SaveMoment::checkpoint);
+    save_();
   } catch (const SharedEnvironmentError& error) {
     const double wait_s = std::min(retry_s_, settings_.checkpoint_every_s);
     progress_.warn(
@@ -96,17 +95,35 @@ void RunLoop::checkpoint() {
   progress_.say("saved at " + position);
 }
 
-std::string RunLoop::save_at_last(SaveMoment moment) {
+// What the file says of the run at its stop belongs into it. Where that takes long to find out, the run is saved first,
+// as a second signal would end it; whatever fails from then on costs those words alone, and no part of the run.
+std::string RunLoop::save_at_stop() {
+  if (job_.refreshes_quickly()) {
+    job_.refresh();
+    return save_at_last();
+  }
+  const std::string checksum = save_at_last();
+  try {
+    job_.refresh();
+    return save_();
+  } catch (const SharedEnvironmentError& error) {
+    progress_.warn(fmt::format("saved, but not once more with what is known of the run at its stop ({}): {}",
+                               job_.position(), error.what()));
+    return checksum;
+  }
+}
+
+std::string RunLoop::save_at_last() {
   for (const double wait_s : last_waits_s) {
     try {
-      return save_(moment);
+      return save_();
     } catch (const SharedEnvironmentError& error) {
       progress_.warn(fmt::format("not saved: {}; trying again in {}", error.what(), duration_text(wait_s)));
     }
     surroundings_.wait_s(wait_s);
   }
   try {
-    return save_(moment);
+    return save_();
   } catch (const SharedEnvironmentError& error) {
     throw SharedEnvironmentError(fmt::format("{}\n{} is not saved; {}", error.what(), job_.position(),
                                              saved_position_.empty()

@@ -13,8 +13,9 @@ namespace noiseloom {
 std::string out_of_memory_text(const std::string& doing);
 std::string no_threads_text(const std::string& doing, const std::string& system_words);
 
-// Calls body(). Throws EnvironmentError in such words in place of std::bad_alloc, and of what std::thread throws when
-// the system gives no thread. `doing` completes "while ...".
+// Calls body(). Throws EnvironmentError in such words in place of std::bad_alloc, and of what the standard library
+// throws when the system has no memory or no thread left. Every other failure (of a file, say) passes as it is. `doing`
+// completes "while ...".
 template <class Body>
 void naming_shortage(const std::string& doing, const Body& body) {
   try {
@@ -22,6 +23,8 @@ void naming_shortage(const std::string& doing, const Body& body) {
   } catch (const std::bad_alloc&) {
     throw EnvironmentError(out_of_memory_text(doing));
   } catch (const std::system_error& error) {
+    if (error.code() == std::errc::not_enough_memory) throw EnvironmentError(out_of_memory_text(doing));
+    if (error.code() != std::errc::resource_unavailable_try_again) throw;
     throw EnvironmentError(no_threads_text(doing, error.code().message()));
   }
 }

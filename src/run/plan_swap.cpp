@@ -295,10 +295,9 @@ void SwapPlan::add_time() {
   const double sweeps = std::ceil(as_double(time.iterations) / as_double(plan_.iterations_per_sweep));
   time.candidate_us = speed_.candidate * 1e6;
   time.score_s = score_seconds();
-  time.num_scores =
-      std::min<std::int64_t>(static_cast<std::int64_t>(sweeps),
-                             scores_per_round(samples_.distance, scored_.num_taps, true,
-                                              with_features() ? judged_.own_taps : judged_.num_taps, time.iterations));
+  const double worth = iterations_per_score(samples_.distance, scored_.num_taps, true,
+                                            with_features() ? judged_.own_taps : judged_.num_taps);
+  time.num_scores = std::min<std::int64_t>(static_cast<std::int64_t>(sweeps), scores_per_round(worth, time.iterations));
   time.start = start_seconds() + time.score_s;
   time.moves = sweeps * sweep_seconds();
   // In float for the history and for people to see; in double at the end.

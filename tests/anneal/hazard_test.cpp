@@ -5,8 +5,8 @@
 #include <map>
 #include <numeric>
 
-#include "noiseloom/anneal/colour_classes.h"
 #include "noiseloom/anneal/slice_mover.h"
+#include "noiseloom/problem/colour_classes.h"
 #include "noiseloom/problem/score.h"
 #include "noiseloom/samples/sample_space.h"
 

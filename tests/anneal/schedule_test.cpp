@@ -1,8 +1,12 @@
 #include "noiseloom/anneal/schedule.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
+
+#include "noiseloom/anneal/swap_choices.h"
 
 namespace noiseloom {
 namespace {
@@ -79,6 +83,35 @@ TEST(Schedule, ScoresAsOftenAsWantedAndAtTheEnd) {
     EXPECT_TRUE(score_due(schedule.moment(iterations - 1, 0), 50));
     EXPECT_EQ(scores, std::min<std::int64_t>(iterations, 50));
   }
+}
+
+TEST(Schedule, ScoresThatDoNotKnowTheEndGrowSparser) {
+  std::vector<std::int64_t> due;
+  for (std::int64_t sweeps = 1; sweeps <= 64; ++sweeps) {
+    if (score_due_without_end(sweeps, 1)) due.push_back(sweeps);
+  }
+  EXPECT_THAT(due, testing::ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 18, 20, 22, 24, 26, 28,
+                                        30, 32, 36, 40, 44, 48, 52, 56, 60, 64));
+  due.clear();
+  for (std::int64_t sweeps = 1; sweeps <= 64; ++sweeps) {
+    if (score_due_without_end(sweeps, 7)) due.push_back(sweeps);
+  }
+  EXPECT_THAT(due, testing::ElementsAre(7, 14, 21, 28, 35, 42, 49, 56, 63, 64));
+}
+
+TEST(Schedule, ScoresOfAHistoryCostLittle) {
+  for (const double worth : {0.01, 1.0, 30.0, 1e6}) {  // iterations that cost as much as one
+    for (const std::int64_t iterations : {1, 20, 200, 1000, 100'000}) {
+      const std::int64_t rows = scores_per_round(worth, iterations);
+      EXPECT_GE(rows, 1);
+      EXPECT_LE(rows, 50);
+      const double share = static_cast<double>(rows) * worth / static_cast<double>(iterations);
+      EXPECT_TRUE(rows == 1 || share <= (rows <= 8 ? 1.0 / 20 : 1.0 / 40)) << worth << " " << iterations;
+    }
+    EXPECT_LE(worth / static_cast<double>(score_interval(worth)), 1.0 / 40);
+  }
+  EXPECT_EQ(scores_per_round(1, 100'000), 50);
+  EXPECT_EQ(scores_per_round(1, 200), 8);
 }
 
 // Rounds of 100, 200, 400, ... iterations, one iteration a sweep, that end with R as `score_of` says of their length;

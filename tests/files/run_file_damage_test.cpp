@@ -208,13 +208,17 @@ TEST_F(RunFileFallback, WhatPowerCutsAndBadSectorsLeave) {
   }
 }
 
-TEST_F(RunFileFallback, AReadThatFails) {
+TEST_F(RunFileFallback, AReadThatFailsIsNoDamage) {
   FailingFileOps counting(posix_file_ops(), FailingFileOps::never, FailingFileOps::Mode::fail_once);
   EXPECT_EQ(fallback(counting), "opened");
   // The first two operations look up which generations there are, the third opens PATH.
   for (int k = 2; k < counting.num_operations() - 1; ++k) {
-    FailingFileOps ops(posix_file_ops(), k, FailingFileOps::Mode::fail_once);
-    EXPECT_EQ(fallback(ops), "") << "operation " << k;
+    FailingFileOps passing(posix_file_ops(), k, FailingFileOps::Mode::fail_once);
+    EXPECT_EQ(fallback(passing), "opened") << "operation " << k;
+    FailingFileOps lasting(posix_file_ops(), k, FailingFileOps::Mode::fail_on);
+    EXPECT_THAT(fallback(lasting), AllOf(HasSubstr("was made to fail"),
+                                         HasSubstr(path_ + ".prev, the generation before"), HasSubstr("move it away")))
+        << "operation " << k;
   }
 }
 

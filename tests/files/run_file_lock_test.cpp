@@ -4,20 +4,18 @@
 #include <gtest/gtest.h>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <chrono>
-#include <csignal>
 #include <cstdlib>
-#include <optional>
 #include <thread>
 
 #include "files/lock_record.h"
 #include "noiseloom/files/generations.h"
 #include "noiseloom/files/run_file.h"
 #include "noiseloom/files/run_lock.h"
+#include "support/lock_holder.h"
 #include "support/sample_run_file.h"
 
 namespace noiseloom {
@@ -26,54 +24,6 @@ namespace {
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-// A child process that runs `body` and says through a pipe when it got there; killed and collected at the end.
-class Child {
- public:
-  template <class Body>
-  explicit Child(Body body) {
-    int ends[2] = {};
-    if (::pipe(ends) != 0) throw EnvironmentError("pipe");
-    pid_ = ::fork();
-    if (pid_ == 0) {
-      body([&] { [[maybe_unused]] const ssize_t done = ::write(ends[1], "x", 1); });
-      ::_exit(0);
-    }
-    ::close(ends[1]);
-    from_child_ = ends[0];
-  }
-  ~Child() {
-    kill_and_wait();
-    ::close(from_child_);
-  }
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
-
-  bool wait_until_ready() const {
-    char byte = 0;
-    return ::read(from_child_, &byte, 1) == 1;
-  }
-  void kill_and_wait() {
-    if (pid_ <= 0) return;
-    ::kill(pid_, SIGKILL);
-    ::waitpid(pid_, nullptr, 0);
-    pid_ = -1;
-  }
-  pid_t pid() const { return pid_; }
-
- private:
-  pid_t pid_ = -1;
-  int from_child_ = -1;
-};
-
-std::string refusal(const std::string& path) {
-  try {
-    const RunLock lock(path);
-    return "locked";
-  } catch (const UserError& error) {
-    return error.what();
-  }
-}
 
 TEST(RunLock, ASecondRunIsToldWhoHoldsIt) {
   const TemporaryFolder folder;
@@ -172,17 +122,6 @@ TEST(RunLock, AMissingFolderIsTheUsersFault) {
 // --- holders on other machines, as far as a file can play them ---
 
 using namespace std::chrono_literals;
-
-constexpr LockTiming quick{.beat = 20ms, .silence = 200ms};
-
-LockRecord record_of_another_machine() {
-  LockRecord record = own_record();
-  record.holder = "process 4711 on node7, since 2026-01-31 12:00:00 UTC";
-  record.machine = "another";
-  record.pid = 4711;
-  record.slurm_job = "";
-  return record;
-}
 
 class LockOfAnotherMachine : public testing::Test {
  protected:
@@ -316,87 +255,6 @@ TEST(LockRecord, SurvivesItsText) {
   EXPECT_EQ(read.number, record.number);
   EXPECT_EQ(read.slurm_job, record.slurm_job);
   EXPECT_EQ(read.slurm_restarts, record.slurm_restarts);
-}
-
-// --- runs that no longer own their output ---
-
-class LostOutput : public testing::Test {
- protected:
-  void write(int generation) const { write_sample_file(posix_file_ops(), path_, content_, generation); }
-  int generation() const { return sample_generation(path_, content_, 4); }
-
-  TemporaryFolder folder_;
-  std::string path_ = folder_ / "run.h5";
-  RunFileContent content_ = sample_content();
-};
-
-TEST_F(LostOutput, ARunThatWasTakenOverWritesNothingMore) {
-  const RunLock lock(path_, {}, quick);
-  write(0);
-  LockRecord other = record_of_another_machine();
-  std::filesystem::remove(path_ + ".lock");
-  write_bytes(path_ + ".lock", to_text(other));
-  EXPECT_THROW(write(1), OutputLost);
-  EXPECT_EQ(generation(), 0);
-  EXPECT_THAT(folder_.names(), testing::UnorderedElementsAre("run.h5", "run.h5.lock"));
-  EXPECT_THAT(read_bytes(path_ + ".lock"), HasSubstr("node7"));
-}
-
-TEST_F(LostOutput, AFileThatANewerRunFinishedIsNotReplacedByAnOlderOne) {
-  const RunLock older(path_, {}, quick);
-  write(0);
-  std::filesystem::remove(path_ + ".lock");  // by hand
-  Child newer([&](auto ready) {
-    const RunLock lock(path_, {}, quick);
-    content_.provenance["version"] = std::string("newer");  // as its time of saving would differ
-    write(2);
-    ready();
-    ::pause();
-  });
-  ASSERT_TRUE(newer.wait_until_ready());
-  EXPECT_THROW(write(1), OutputLost);
-  newer.kill_and_wait();
-  std::filesystem::remove(path_ + ".lock");
-  EXPECT_THROW(write(1), OutputLost);  // nor when the newer one and its lock are gone
-  EXPECT_EQ(generation(), 2);
-}
-
-TEST_F(LostOutput, ALockFileRemovedByHandIsPutBack) {
-  const RunLock lock(path_, {}, quick);
-  write(0);
-  std::filesystem::remove(path_ + ".lock");
-  write(1);
-  EXPECT_EQ(generation(), 1);
-  Child second([&](auto ready) {
-    if (refusal(path_).find("another run is writing it") != std::string::npos) ready();
-  });
-  EXPECT_TRUE(second.wait_until_ready());
-}
-
-TEST_F(LostOutput, AnOutputRemovedByHandIsWrittenAgain) {
-  const RunLock lock(path_, {}, quick);
-  write(0);
-  std::filesystem::remove(path_);
-  write(1);
-  EXPECT_EQ(generation(), 1);
-}
-
-TEST_F(LostOutput, GoingOnFromThePreviousGenerationIsNoLoss) {
-  write(0);
-  write(1);
-  write_bytes(path_, "noiseloom run");
-  const RunLock lock(path_, {}, quick);
-  restore_previous_generation(posix_file_ops(), path_);
-  write(2);
-  EXPECT_EQ(generation(), 2);
-}
-
-TEST_F(LostOutput, TheTargetOfALinkIsWhatIsLocked) {
-  const std::string link = folder_ / "link.h5";
-  std::filesystem::create_symlink("run.h5", link);
-  const RunLock lock(link, {}, quick);
-  EXPECT_THAT(refusal(path_), HasSubstr("another run is writing it"));
-  EXPECT_TRUE(std::filesystem::exists(path_ + ".lock"));
 }
 
 }  // namespace

@@ -99,6 +99,21 @@ class Output(ProgramTest):
         self.assertIn("another run is writing it: process 4711 on node7", refused.stderr)
         self.assertFalse((self.folder / "out.h5").exists())
 
+    def test_who_looks_at_a_lost_file_is_told_of_the_generation_before_it(self):
+        self.generate("out.h5")
+        whole = (self.folder / "out.h5").read_bytes()
+        (self.folder / "out.h5").rename(self.folder / "out.h5.prev")
+        flipped = bytearray(whole)
+        flipped[7000] ^= 4  # within /samples
+        for name, contents in {"missing": None, "damaged": bytes(flipped), "cut": whole[:3000], "empty": b"",
+                               "zeros": bytes(len(whole))}.items():
+            if contents is not None:
+                (self.folder / "out.h5").write_bytes(contents)
+            for command in (["info"], ["score"], ["export", "-o", "images/"], ["analyze", "-o", "report"]):
+                done = self.run_program(command[0], "out.h5", *command[1:], expect=2)
+                self.assertIn("out.h5.prev, the generation before it, is there", done.stderr, f"{name}, {command}")
+        self.run_program("score", "out.h5.prev")
+
     def test_damage_in_the_first_bytes_is_no_other_file(self):
         long = ("--set", "optimizer.stop.iterations=20000")
         self.generate("straight.h5", *long)

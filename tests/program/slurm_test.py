@@ -8,7 +8,7 @@ import time
 from support import SOURCE, ProgramTest, main
 
 # The k-th call takes its status from the k-th word of STATUSES (the last one from then on); "signal" waits for USR1 and
-# ends with 75. "save:9" touches the output first.
+# ends with 75. "save:9" changes the output first.
 SRUN = """#!/usr/bin/env bash
 echo "$SRUN_CPUS_PER_TASK $*" >> calls
 read -ra statuses <<< "$STATUSES"
@@ -20,7 +20,7 @@ if [ "$word" = signal ]; then
   touch waiting
   while :; do sleep 0.05; done
 fi
-case $word in save:*) sleep 0.05; touch out.h5 ;; esac
+case $word in save:*) date +%N >> out.h5 ;; esac
 exit "${word#save:}"
 """
 SCONTROL = '#!/usr/bin/env bash\necho "$*" >> requeued\n'
@@ -33,7 +33,7 @@ class Slurm(ProgramTest):
             self.write(name, text).chmod(0o755)
 
     def start(self, statuses, **environment):
-        for name in ("calls", "requeued", "out.h5", "waiting"):
+        for name in ("calls", "requeued", "waiting"):
             (self.folder / name).unlink(missing_ok=True)
         environment = {**os.environ, "PATH": f"{self.folder}:{os.environ['PATH']}", "CONFIG": "a.toml", "OUTPUT": "out.h5",
                        "SLURM_JOB_ID": "17", "SLURM_CPUS_PER_TASK": "8", "STATUSES": statuses, "RETRY_WAITS": "0 0 0", **environment}
@@ -67,10 +67,33 @@ class Slurm(ProgramTest):
         self.assertEqual(self.job("1 1 0"), (0, 3, False))
         self.assertEqual(self.job("1"), (1, 4, False))
 
-    def test_a_killed_rank_is_no_end_as_long_as_something_is_saved(self):
-        self.assertEqual(self.job("137"), (0, 1, True))
-        self.assertEqual(self.job("137", SLURM_RESTART_COUNT="3"), (137, 1, False))
-        self.assertEqual(self.job("save:137", SLURM_RESTART_COUNT="30"), (0, 1, True))
+    def test_jobs_that_save_something_are_queued_again_however_often(self):
+        for status in ("save:137", "save:75"):
+            for restarts in range(6):
+                self.assertEqual(self.job(status, SLURM_RESTART_COUNT=str(restarts)), (0, 1, True))
+
+    def test_jobs_in_a_row_that_save_nothing_come_to_an_end(self):
+        for status in (137, 75):
+            for _ in range(3):
+                self.assertEqual(self.job(str(status), SLURM_RESTART_COUNT="30"), (0, 1, True))
+            self.assertEqual(self.job(str(status)), (status, 1, False))
+            self.assertEqual(list(self.folder.glob("*fruitless*")), [])
+        self.assertEqual(self.job("137", MAX_RESTARTS="0"), (137, 1, False))
+
+    def test_a_job_that_saves_something_ends_the_row(self):
+        for status in ("137", "137", "save:137", "137", "75", "137"):
+            self.assertEqual(self.job(status), (0, 1, True))
+        self.assertEqual(self.job("137"), (137, 1, False))
+        self.job("137")
+        self.assertEqual(self.job("0"), (0, 1, False))
+        self.assertEqual(list(self.folder.glob("*fruitless*")), [])
+
+    def test_a_job_that_cannot_be_queued_again_says_what_to_do(self):
+        self.write("scontrol", "#!/usr/bin/env bash\necho 'Requested operation is presently disabled' >&2; exit 1\n").chmod(0o755)
+        process = self.start("save:75")
+        output = process.communicate(timeout=60)[0]
+        self.assertEqual(process.returncode, 75, output)
+        self.assertIn("submit it once more", output)
 
     def test_the_warning_of_the_time_limit_is_passed_on(self):
         process = self.start("signal")

@@ -74,7 +74,7 @@ class ExportTest(support.ProgramTest):
 
     def test_every_way_to_write_the_number_gives_the_same_names(self):
         run_file = self.generate("uniform")
-        for place, name in [("{slice:03}", "002"), ("{}", "2"), ("%d", "2"), ("%03d", "002")]:
+        for place, name in [("{slice:03}", "002"), ("{}", "2"), ("%d", "2"), ("%03d", "002"), ("%i", "2"), ("####", "0002")]:
             self.export(run_file, f"places/a-{place}.PNG", "--overwrite")
             self.assertTrue((self.folder / f"places/a-{name}.PNG").exists(), place)
         self.assertIn("accepted", self.run_program("export", run_file, "-o", "places/a-*.png", expect=2).stderr)
@@ -230,6 +230,19 @@ class LostOutputTest(support.ProgramTest):
             self.assertNotIn(b"wrote", path.read_bytes())
 
 
+    def test_messages_that_cannot_be_printed_change_no_exit_status(self):
+        config = self.write("c.toml", CONFIG % "uniform")
+        self.run_program("generate", config, "-o", "c.h5")
+        for arguments, status in ((["score", "none.h5"], 2), (["export", "c.h5", "-o", "c.jpg"], 2), (["score", "c.h5", "--thread", "2"], 2),
+                                  (["analyze", "c.h5", "-o", "-"], 2), (["export", "c.h5", "-o", "c.npy", "--overwrite"], 0)):
+            command = " ".join(str(word) for word in self.command(*arguments))
+            for redirection in ("2>&-", "2>/dev/full", "2>&- <&-"):
+                done = subprocess.run(["bash", "-c", f"{command} {redirection}"], cwd=self.folder, capture_output=True)
+                self.assertEqual(done.returncode, status, f"{arguments} {redirection}")
+            done = subprocess.run(["bash", "-c", f"{command} 2>&- >&- <&-"], cwd=self.folder, capture_output=True)
+            self.assertEqual(done.returncode, status if status != 0 else 1, f"{arguments}, all closed")
+
+
 class UnfinishedTest(support.ProgramTest):
     def test_an_export_of_a_run_that_goes_on_says_so(self):
         config = self.write("c.toml", CONFIG.replace("iterations = 1 ", "iterations = 1000000 ") % "uniform")
@@ -251,6 +264,14 @@ class AnalyzeTest(support.ProgramTest):
         page = (self.folder / "report/report.html").read_text()
         self.assertRegex(page, r"noiseloom [0-9]+\.[0-9]+\.[0-9]+, [0-9]{4}-[0-9]{2}-[0-9]{2}")
         self.assertIn("noiseloom analyze c.h5 -o report --overwrite", page)
+
+    def test_a_report_is_a_folder(self):
+        config = self.write("c.toml", CONFIG % "uniform")
+        self.run_program("generate", config, "-o", "c.h5")
+        before = set(self.folder.iterdir())
+        for name, words in (("-", "standard output"), ("page.html", "give the folder's name"), ("page.pdf", "give the folder's name"), ("", "is empty")):
+            self.assertIn(words, self.run_program("analyze", "c.h5", "-o", name, expect=2).stderr)
+        self.assertEqual(set(self.folder.iterdir()), before)
 
     def test_a_group_over_x_and_a_slice_axis_is_shown(self):
         text = (CONFIG % "uniform").replace('"xy", kernel', '"xt", kernel').replace('{ axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.1 }', '{ axes = "y", kernel = "box", size = 3 }')

@@ -18,7 +18,7 @@ struct LoopOfRanks {
   LoopResult run(const LoopSettings& settings, const std::function<bool(int)>& fails_on_root) {
     Progress progress(ProgressKind::silent);
     const Surroundings surroundings = world.surroundings();
-    const SaveRun save = [&](SaveMoment) {
+    const SaveRun save = [&] {
       const int number = num_saves++;
       communicator.on_root([&] {
         if (fails_on_root(number)) throw EnvironmentError("no space left");

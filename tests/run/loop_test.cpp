@@ -36,11 +36,12 @@ class Loop : public testing::Test {
   LoopResult run(const LoopSettings& settings = {}, ProgressKind kind = ProgressKind::none) {
     Progress progress(kind, pipe_[1]);
     const Surroundings surroundings = world_.surroundings();
-    const SaveRun save = [this](SaveMoment moment) {
+    job_.on_refresh = [this] { events_.push_back(refreshed); };
+    const SaveRun save = [this] {
       const int number = num_saves_++;
-      moments_.push_back(moment);
       if (save_fails_ && save_fails_(number)) throw SharedEnvironmentError("no space left");
       saved_steps_.push_back(job_.steps());
+      events_.push_back(job_.steps());
       return "sum of step " + std::to_string(job_.steps());
     };
     return RunLoop(job_, settings, 0, surroundings, save, communicator_, progress).run();
@@ -66,7 +67,8 @@ class Loop : public testing::Test {
   std::function<bool(int)> save_fails_;  // by the number of the try
   int num_saves_ = 0;
   std::vector<int> saved_steps_;
-  std::vector<SaveMoment> moments_;
+  static constexpr int refreshed = -1;
+  std::vector<int> events_;  // the same, and when it was refreshed
 };
 
 TEST_F(Loop, RunsToTheEndAndSavesOnce) {
@@ -114,13 +116,38 @@ TEST_F(Loop, CheckpointsAtIntervals) {
   EXPECT_THAT(saved_steps_, ElementsAre(3, 6, 9, 10));
 }
 
-TEST_F(Loop, ASaveKnowsWhyItIsMade) {
+TEST_F(Loop, RefreshesWhatIsKnownOfTheRunAtAStopAlone) {
   run({.time_limit_s = 5, .checkpoint_every_s = 3});
-  EXPECT_THAT(moments_, ElementsAre(SaveMoment::checkpoint, SaveMoment::stop));
-  moments_.clear();
+  EXPECT_THAT(events_, ElementsAre(3, refreshed, 5));
+  events_.clear();
   world_.now_s = 0;
   run();
-  EXPECT_THAT(moments_, ElementsAre(SaveMoment::end));
+  EXPECT_THAT(events_, ElementsAre(10));
+}
+
+TEST_F(Loop, SavesBeforeARefreshThatTakesLong) {
+  job_.quick_refresh = false;
+  run({.time_limit_s = 5});
+  EXPECT_THAT(events_, ElementsAre(5, refreshed, 5));
+}
+
+TEST_F(Loop, AStopIsSavedThoughTheRefreshedSaveFails) {
+  job_.quick_refresh = false;
+  save_fails_ = [](int number) { return number > 0; };
+  const LoopResult result = run({.time_limit_s = 5}, ProgressKind::plain);
+  EXPECT_FALSE(result.finished);
+  EXPECT_EQ(result.stopped_by, "--time-limit");
+  EXPECT_EQ(result.checksum, "sum of step 5");
+  EXPECT_EQ(num_saves_, 2);
+  EXPECT_THAT(printed(), HasSubstr("WARNING: saved, but not once more with what is known of the run at its stop (step "
+                                   "5): no space left"));
+}
+
+TEST_F(Loop, AStopThatIsNotSavedAtAllFails) {
+  job_.quick_refresh = false;
+  save_fails_ = [](int) { return true; };
+  EXPECT_THROW(run({.time_limit_s = 5}), SharedEnvironmentError);
+  EXPECT_EQ(num_saves_, 3);
 }
 
 TEST_F(Loop, AFailedCheckpointWarnsAndIsTriedAgainSoon) {
@@ -146,7 +173,7 @@ TEST_F(Loop, FailedCheckpointsAreTriedLessAndLessOften) {
   long_job.after_step = job_.after_step;
   Progress progress(ProgressKind::silent);
   const Surroundings surroundings = world_.surroundings();
-  const SaveRun save = [&](SaveMoment) {
+  const SaveRun save = [&] {
     if (save_fails_(0)) throw SharedEnvironmentError("no space left");
     return std::string();
   };

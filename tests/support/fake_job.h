@@ -24,6 +24,10 @@ class FakeJob final : public Job {
   }
   bool finished() const override { return steps_ >= num_steps_; }
   std::string save(const SaveTarget&) override { return ""; }
+  void refresh() override {
+    if (on_refresh) on_refresh();
+  }
+  bool refreshes_quickly() const override { return quick_refresh; }
   std::vector<SliceDataset> datasets() const override { return {}; }
   std::string title() const override { return "fake"; }
   std::string start_words() const override { return ""; }
@@ -35,6 +39,8 @@ class FakeJob final : public Job {
 
   int steps() const { return steps_; }
   std::function<void(int)> after_step;
+  std::function<void()> on_refresh;
+  bool quick_refresh = true;
 
  private:
   int num_steps_;

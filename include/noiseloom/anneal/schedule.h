@@ -79,5 +79,8 @@ std::int64_t sweeps_per_fraction(std::int64_t round_length);
 // Whether R is evaluated after the sweep that began at `moment`: `scores_per_round` times (at least 1) or after every
 // sweep, evenly spaced, the last time at the round's end. Not for stop.time, whose rounds have no length.
 bool score_due(const Moment& moment, std::int64_t scores_per_round);
+// The same where the end is not known, or may be moved: after `sweeps` sweeps, if they are a multiple of `interval`, or
+// of an eighth of the power of two below them where that is more.
+bool score_due_without_end(std::int64_t sweeps, std::int64_t interval);
 
 }  // namespace noiseloom

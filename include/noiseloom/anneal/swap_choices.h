@@ -43,14 +43,14 @@ int num_features(const OptimizerSpec& optimizer, double fraction);
 // Iterations that one visit of a slice makes.
 std::int64_t visit_length(const OptimizerSpec& optimizer, bool with_background);
 
+// How many iterations take as long as one evaluation of R, from counts of taps: of those of R, which is found in float
+// or in double, and of those that a candidate is judged with. No measurement, so that the history is the same
+// everywhere.
+double iterations_per_score(DistanceKind kind, std::int64_t scored_taps, bool in_float, std::int64_t judged_taps);
 // How often R is evaluated in a round of that many iterations: 50 times, or as often as costs a fortieth of it; but up
-// to 20 times where that costs no more than a twelfth, and at least once. From counts of taps, so that the history is
-// the same everywhere. `scored` is the footprint of R, which is found in float or in double; `judged` that of the
-// candidates.
-std::int64_t scores_per_round(DistanceKind kind, const Footprint& scored, bool in_float, const Footprint& judged,
-                              bool with_features, std::int64_t iterations);
-// The same from counts of taps: of R, and of those that a candidate is judged with.
-std::int64_t scores_per_round(DistanceKind kind, std::int64_t scored_taps, bool in_float, std::int64_t judged_taps,
-                              std::int64_t iterations);
+// to 8 times where that costs no more than a twentieth, and at least once.
+std::int64_t scores_per_round(double iterations_per_score, std::int64_t iterations);
+// The iterations between two evaluations that cost a fortieth of them; at least 1.
+std::int64_t score_interval(double iterations_per_score);
 
 }  // namespace noiseloom

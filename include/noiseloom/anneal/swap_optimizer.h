@@ -1,8 +1,8 @@
 // The optimiser by swaps, of one texture, over ranks and threads: the methods `anneal` and `fast`.
 //
 // A run is a sequence of sweeps; a sweep visits every slice once. It is made of steps, each of which moves the slices
-// of one colour class (colour_classes.h) at the same time: every slice against a frozen copy of all others. After a
-// step the ranks tell each other what has changed.
+// of one colour class (problem/colour_classes.h) at the same time: every slice against a frozen copy of all others.
+// After a step the ranks tell each other what has changed.
 //
 // After every step the state is complete: the permutations of the own slices and SwapState are all that is needed to go
 // on, on any number of ranks and threads, to the same bytes (except with stop.time, which follows the clock).
@@ -81,6 +81,9 @@ class SwapOptimizer {
   std::int64_t iterations() const;  // done so far
   std::int64_t iterations_per_sweep() const;
   Moment moment() const;
+  // Whether the schedule asks for a row of the history after so many sweeps, at least 1, that are not the run's end.
+  // Not for stop.time.
+  bool row_is_planned_after(std::int64_t sweeps) const;
   double relative_error();  // score_now(), then last_score(). *Collective*
 
   const Distribution& distribution() const;

@@ -18,6 +18,12 @@ struct OrderSpec {
   Equalize equalize = Equalize::volume;
 };
 
+// How construction goes about it (construct/slice_construction.h).
+struct ConstructSpec {
+  double density = 0.03;  // share of the pixels of a slice in its start pattern, [0, 0.5]
+  double sharpness = 0;   // exponent of the overlap in space, (0, 8]; 0: found from the problem
+};
+
 // What void and cluster solves (construct/void_and_cluster.h).
 struct VacGroup {
   std::vector<int> axes;  // indices into Extents, each once

@@ -19,7 +19,8 @@ enum class Purpose : std::uint32_t {
   subset = 6,         // random blocks of samples for the mean distance
   tie = 7,            // ties of void and cluster
   start_pattern = 8,  // initial binary pattern of void and cluster
-  tile_shift = 9      // where the tiles of a slice begin
+  tile_shift = 9,     // where the tiles of a slice begin
+  slice_pattern = 10  // start pattern of a slice of construction
 };
 
 using RandomBlock = std::array<std::uint32_t, 4>;

@@ -40,14 +40,22 @@ void refuse_foreign_output(const std::string& path);
 // somebody removed PATH. Whoever starts afresh there would lose the only copy.
 bool only_previous_generation(const std::string& path);
 
+// "; PATH.prev, the generation before it, is there", or "" where it is not: for messages about PATH.
+std::string previous_generation_note(const std::string& path);
+
+// The run file at PATH for programs that look at it and write nothing; it may have been changed by another program.
+// Throws as RunFileReader does; where PATH is missing or damaged, with the note above.
+RunFileReader open_to_look_at(const std::string& path);
+
 struct NewestGeneration {
   std::unique_ptr<RunFileReader> reader;  // nullptr where neither generation is there
   bool is_previous = false;
   std::string trouble;  // why it is PATH.prev: what is wrong with PATH
 };
 
-// The newest good generation, checked throughout. PATH.prev stands in where PATH is missing, damaged or cannot be read.
-// Throws UserError or EnvironmentError where that is no good either, or PATH is something else than a damaged run file.
+// The newest good generation, checked throughout. PATH.prev stands in where PATH is missing or damaged. Throws
+// UserError or EnvironmentError where that is no good either, or PATH is something else than a damaged run file;
+// EnvironmentError where PATH cannot be read, twice: it may be whole, and PATH.prev would lose what came after it.
 NewestGeneration open_newest_generation(const std::string& path, FileOps& ops = posix_file_ops());
 
 }  // namespace noiseloom

@@ -8,7 +8,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "noiseloom/files/file_ops.h"
@@ -45,8 +44,9 @@ class OutputFiles {
 
   // Throws UserError listing the targets that exist and may not be overwritten, and those that are folders.
   void check(const std::vector<std::string>& targets) const;
-  // The temporary path to write `target` to; it has the target's folder (created if missing) and extension. Throws
-  // as check() does, and EnvironmentError when the folder cannot be made.
+  // The temporary path to write `target` to; it has the target's folder (created if missing) and extension. Where the
+  // target is a symbolic link, what it leads to is written and the link stays. Throws as check() does, UserError where
+  // two targets lead to one file, and EnvironmentError when the folder cannot be made.
   std::string add(const std::string& target);
   // add(), and the file to write to.
   std::unique_ptr<OutputStream> open(const std::string& target);
@@ -62,8 +62,13 @@ class OutputFiles {
 
   FileOps& ops_;
   bool overwrite_;
-  std::vector<std::pair<std::string, std::string>> files_;  // temporary, target
-  std::vector<std::string> new_folders_;                    // outermost first
+  struct File {
+    std::string temporary;
+    std::string target;
+    std::string place;  // what the target is, or leads to as a symbolic link
+  };
+  std::vector<File> files_;
+  std::vector<std::string> new_folders_;  // outermost first
 };
 
 }  // namespace noiseloom

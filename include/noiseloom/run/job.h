@@ -35,8 +35,9 @@ class Job {
   // Publishes the present state; the checksum of /samples, on rank 0. Throws SharedEnvironmentError. *Collective*
   virtual std::string save(const SaveTarget& target) = 0;
 
-  // The same where the run is stopped before its end: also brings up to date what the file says of it. *Collective*
-  virtual std::string save_at_stop(const SaveTarget& target) { return save(target); }
+  // Brings up to date what the next save will say of the run (R), where it is stopped before its end. *Collective*
+  virtual void refresh() {}
+  virtual bool refreshes_quickly() const { return true; }  // in moments, as far as is known. *Collective*
   virtual std::vector<SliceDataset> datasets() const = 0;  // of the run file
 
   virtual std::string title() const = 0;        // "7x5x3 of uniform, anneal"

@@ -5,7 +5,8 @@
 // but only rank 0's clock and rank 0's log count.
 //
 // A checkpoint that fails does not end the run: it warns, keeps what was saved before, and tries again, soon at first.
-// Only the last save must succeed; it is tried several times, since a disk may be full for a moment only.
+// Only the last save must succeed; it is tried several times, since a disk may be full for a moment only. At a stop
+// that is the save that holds the state: a second one, which only says more of it, may fail.
 #pragma once
 
 #include <cstdint>
@@ -33,11 +34,9 @@ struct Surroundings {
 // A clock that starts now, and the signals of run/stop_signals.h.
 Surroundings real_surroundings();
 
-// Why the loop saves: on the way, before the end of the run, or at it.
-enum class SaveMoment { checkpoint, stop, end };
 // Publishes the present state and returns a checksum; throws SharedEnvironmentError on every rank where it cannot.
 // *Collective*
-using SaveRun = std::function<std::string(SaveMoment)>;
+using SaveRun = std::function<std::string()>;
 
 struct LoopResult {
   bool finished = false;
@@ -60,7 +59,8 @@ class RunLoop {
   std::uint32_t bits_due() const;
   std::string stop_cause(std::uint32_t bits) const;
   void checkpoint();
-  std::string save_at_last(SaveMoment moment);
+  std::string save_at_stop();
+  std::string save_at_last();
 
   Job& job_;
   const LoopSettings& settings_;

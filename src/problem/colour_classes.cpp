@@ -1,4 +1,4 @@
-#include "noiseloom/anneal/colour_classes.h"
+#include "noiseloom/problem/colour_classes.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,31 @@
+// The exponent by which construction sharpens the overlap in space (src/construct/stamp_kernel.h), found from the
+// filter.
+//
+// R of a construction does not depend on the size of its slices, and the exponent that is best for a volume is best for
+// one slice of it (64x64x16 of gauss 1.3435 x ema: 1.5 for both; box 5 x ema: 1.1 for both;
+// tests/bench/construct_bench, --sharpness). So a few exponents are tried on a small twin: one slice, at most 64 pixels
+// wide and high, of the filter without its slice axes (of a table over space and slices, which cannot be parted, a few
+// slices). The one with the least R is taken. The choice depends on the filter and on the extents where they are
+// smaller than the twin's, never on the seed, the machine, ranks or threads: R is computed in a fixed order of doubles.
+#pragma once
+
+#include <vector>
+
+#include "noiseloom/core/extents.h"
+#include "noiseloom/problem/spec.h"
+
+namespace noiseloom {
+
+struct SharpnessTrial {
+  double sharpness;
+  double relative_error;  // of the twin
+};
+
+// What was tried, in ascending order; empty where nothing depends on it, as the filter reaches no other pixel of a
+// slice. Throws UserError for a table that cannot be used.
+std::vector<SharpnessTrial> try_sharpness(const Extents& extents, const FilterSpec& filter);
+
+// The exponent of the trial with the least R, the lowest of equals; 1 where nothing was tried.
+double best_sharpness(const std::vector<SharpnessTrial>& trials);
+
+}  // namespace noiseloom

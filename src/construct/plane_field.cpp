@@ -1,0 +1,171 @@
+#include "construct/plane_field.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "construct/plane_simd.h"
+
+namespace noiseloom {
+namespace {
+
+using plane_simd::leaf_words;
+constexpr std::size_t branch_leaves = 64;
+constexpr std::size_t vector_words = 16;
+
+plane_simd::Shape shape_of(const Extents& extents) { return {extents.width(), extents.height()}; }
+
+}  // namespace
+
+PlaneField::PlaneField(const StampKernel& kernel, const VacTieHash& hash, std::uint64_t first_position)
+    : kernel_(kernel),
+      hash_(hash),
+      first_position_(first_position),
+      cells_(narrow<std::uint32_t>(kernel.extents().cells_per_slice())),
+      num_leaves_((cells_ + leaf_words - 1) / leaf_words),
+      memory_(allocate_words(num_leaves_ * leaf_words + 2 * vector_words)),
+      words_(memory_.get() + vector_words) {}
+
+void PlaneField::clear() {
+  std::fill_n(memory_.get(), num_leaves_ * leaf_words + 2 * vector_words, kernel_.bias());
+  for (Bounds& bounds : bounds_) bounds.stale = true;
+}
+
+bool PlaneField::may_fall(VacView view, bool on) const {
+  return !kernel_.is_monotone() || (view == VacView::voids) != on;
+}
+
+void PlaneField::act(const SliceStamp& stamp, bool on, std::span<const std::uint32_t> cells) {
+  if (cells.empty()) return;
+  plane_simd::add_stamps(shape_of(kernel_.extents()), stamp, kernel_.weights().data(), words_, on, cells);
+  for (const VacView view : {VacView::voids, VacView::clusters}) {
+    if (may_fall(view, on)) bounds_[index(view)].stale = true;
+  }
+}
+
+void PlaneField::turn_on(std::uint32_t cell) {
+  words_[cell] |= vac_flag;
+  plane_simd::add_stamps(shape_of(kernel_.extents()), kernel_.stamps()[0], kernel_.weights().data(), words_, true,
+                         {&cell, 1});
+  look_again(cell);
+}
+
+void PlaneField::turn_off(std::uint32_t cell) {
+  words_[cell] &= ~vac_flag;
+  plane_simd::add_stamps(shape_of(kernel_.extents()), kernel_.stamps()[0], kernel_.weights().data(), words_, false,
+                         {&cell, 1});
+  look_again(cell);
+}
+
+// Lowers the bounds of the leaves that a pixel of this slice reaches, where values may have fallen; its own leaf in any
+// case, as the pixel has come into view or left it.
+void PlaneField::look_again(std::uint32_t cell) {
+  const std::int64_t width = kernel_.extents().width();
+  const std::int64_t height = kernel_.extents().height();
+  const auto x = static_cast<std::int64_t>(cell) % width;
+  const auto y = static_cast<std::int64_t>(cell) / width;
+  for (const VacView view : {VacView::voids, VacView::clusters}) {
+    Bounds& bounds = bounds_[index(view)];
+    if (bounds.stale || !bounds.watched) continue;
+    std::size_t last = num_leaves_;
+    const auto look = [&](std::int64_t begin, std::int64_t end) {
+      for (auto leaf = static_cast<std::size_t>(begin) / leaf_words;
+           leaf <= static_cast<std::size_t>(end - 1) / leaf_words; ++leaf) {
+        if (leaf == last) continue;
+        last = leaf;
+        const std::uint32_t least = least_of_leaf(leaf, view);
+        bounds.leaves[leaf] = least;
+        std::uint32_t& branch = bounds.branches[leaf / branch_leaves];
+        branch = std::min(branch, least);
+      }
+    };
+    look(cell, std::int64_t{cell} + 1);
+    const bool on = is_on(cell);
+    if (!may_fall(view, on)) continue;
+    for (const StampRow& row : kernel_.stamps()[0].rows) {
+      std::int64_t line = y + row.dy;
+      line += line < 0 ? height : line >= height ? -height : 0;
+      line *= width;
+      const std::int64_t begin = x - row.lo;
+      const std::int64_t end = x + row.hi + 1;
+      const std::int64_t from = std::max<std::int64_t>(begin, 0);
+      const std::int64_t to = std::min(end, width);
+      if (to > from) look(line + from, line + to);
+      if (begin < 0) look(line + begin + width, line + std::min<std::int64_t>(end, 0) + width);
+      if (end > width) look(line + std::max(begin, width) - width, line + end - width);
+    }
+  }
+}
+
+std::uint32_t PlaneField::least_of_leaf(std::size_t leaf, VacView view) const {
+  const std::size_t begin = leaf * leaf_words;
+  if (begin + leaf_words <= cells_) return plane_simd::least_of_leaf(words_ + begin, view);
+  std::array<std::uint32_t, leaf_words> copy;
+  copy.fill(~static_cast<std::uint32_t>(view));  // what no view looks for
+  std::copy_n(words_ + begin, cells_ - begin, copy.begin());
+  return plane_simd::least_of_leaf(copy.data(), view);
+}
+
+void PlaneField::watch(bool voids, bool clusters) {
+  for (const VacView view : {VacView::voids, VacView::clusters}) {
+    Bounds& bounds = bounds_[index(view)];
+    bounds.watched = view == VacView::voids ? voids : clusters;
+    bounds.stale = true;
+    if (bounds.watched) continue;
+    bounds.leaves = {};
+    bounds.branches = {};
+  }
+}
+
+void PlaneField::refresh(VacView view) {
+  constexpr std::uint32_t none = ~std::uint32_t{0};
+  Bounds& bounds = bounds_[index(view)];
+  const std::size_t num_branches = (num_leaves_ + branch_leaves - 1) / branch_leaves;
+  bounds.leaves.assign(num_branches * branch_leaves, none);
+  bounds.branches.assign((num_branches + vector_words - 1) / vector_words * vector_words, none);
+  const std::size_t whole = cells_ / leaf_words;
+  plane_simd::leaf_minima(words_, whole, view, bounds.leaves.data());
+  if (whole < num_leaves_) bounds.leaves[whole] = least_of_leaf(whole, view);
+  for (std::size_t branch = 0; branch < num_branches; ++branch) {
+    bounds.branches[branch] = plane_simd::least_of(bounds.leaves.data() + branch * branch_leaves, branch_leaves);
+  }
+  bounds.stale = false;
+}
+
+std::optional<std::uint32_t> PlaneField::pick(VacView view) {
+  Bounds& bounds = bounds_[index(view)];
+  NOISELOOM_CHECK(bounds.watched);
+  if (bounds.stale) refresh(view);
+  const auto flip = static_cast<std::uint32_t>(view);
+  while (true) {
+    const std::uint32_t least = plane_simd::least_of(bounds.branches.data(), bounds.branches.size());
+    if (least >= vac_flag) return std::nullopt;
+    std::optional<std::uint32_t> best;
+    std::uint32_t best_hash = 0;
+    for (std::size_t branch = 0; branch * branch_leaves < num_leaves_; ++branch) {
+      if (bounds.branches[branch] != least) continue;
+      std::uint32_t* const leaves = bounds.leaves.data() + branch * branch_leaves;
+      bool holds = false;
+      for (std::size_t i = 0; i < branch_leaves; ++i) {
+        if (leaves[i] != least) continue;
+        const std::size_t leaf = branch * branch_leaves + i;
+        leaves[i] = least_of_leaf(leaf, view);
+        if (leaves[i] != least) continue;
+        holds = true;
+        const auto begin = static_cast<std::uint32_t>(leaf * leaf_words);
+        const auto end = std::min(cells_, begin + static_cast<std::uint32_t>(leaf_words));
+        for (std::uint32_t cell = begin; cell < end; ++cell) {
+          if ((words_[cell] ^ flip) != least) continue;
+          const std::uint32_t hash = hash_(first_position_ + cell) ^ flip;
+          if (best && hash >= best_hash) continue;
+          best = cell;
+          best_hash = hash;
+        }
+      }
+      if (!holds) bounds.branches[branch] = plane_simd::least_of(leaves, branch_leaves);
+    }
+    if (best) return best;
+  }
+}
+
+}  // namespace noiseloom

@@ -1,0 +1,68 @@
+// The energies of one slice, with its pixels that are on marked, and the next pick among them.
+//
+// Words, views and ties are those of void and cluster (vac_field.h): a word is an energy, with vac_flag where the pixel
+// is on; through the view a smaller value is picked earlier, equal ones by the keyed hash of the position, then by the
+// cell. What differs is that picks are looked for in this slice alone.
+//
+// A lower bound of the smallest value of every leaf (64 neighbouring cells) and of every branch (64 leaves) leads to
+// the pick. While pixels are only turned on (voids) or only off (clusters), values of that view only rise, so bounds
+// hold without any work and are mended where a pick opens them. Where values also fall (points that are swapped,
+// kernels with negative weights) the leaves in reach of a change are looked at anew.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "construct/stamp_kernel.h"
+#include "construct/vac_field.h"
+
+namespace noiseloom {
+
+class PlaneField {
+ public:
+  // Takes up memory; clear() comes first. The kernel must outlive the field. `first_position`: of cell 0, for ties.
+  PlaneField(const StampKernel& kernel, const VacTieHash& hash, std::uint64_t first_position);
+
+  // All off, and all energies those of an empty texture.
+  void clear();
+  // Pixels of another slice, which lies so far off that `stamp` leads from it to this one, are turned on (off).
+  void act(const SliceStamp& stamp, bool on, std::span<const std::uint32_t> cells);
+  // A pixel of this slice. Requires that it is off (on).
+  void turn_on(std::uint32_t cell);
+  void turn_off(std::uint32_t cell);
+  bool is_on(std::uint32_t cell) const { return (words_[cell] & vac_flag) != 0; }
+  std::uint32_t word(std::uint32_t cell) const { return words_[cell]; }
+
+  // From here on picks are asked for through these views; only while this was said do bounds cost time.
+  void watch(bool voids, bool clusters);
+  // The pixel that is off (voids) or on (clusters) with the least key; nothing where there is none. Requires that the
+  // view is watched.
+  std::optional<std::uint32_t> pick(VacView view);
+
+ private:
+  struct Bounds {
+    bool watched = false;
+    bool stale = true;  // everything has to be looked at anew
+    std::vector<std::uint32_t> leaves;
+    std::vector<std::uint32_t> branches;
+  };
+  static std::size_t index(VacView view) { return view == VacView::voids ? 0 : 1; }
+  void refresh(VacView view);
+  std::uint32_t least_of_leaf(std::size_t leaf, VacView view) const;
+  void look_again(std::uint32_t cell);
+  bool may_fall(VacView view, bool on) const;
+
+  const StampKernel& kernel_;
+  VacTieHash hash_;
+  std::uint64_t first_position_;
+  std::uint32_t cells_;
+  std::size_t num_leaves_;
+  VacWords memory_;       // a line before and behind the plane, which vectors may touch
+  std::uint32_t* words_;  // begins at a line
+  Bounds bounds_[2];
+};
+
+}  // namespace noiseloom
