@@ -21,8 +21,8 @@ HWY_INLINE V polynomial(V x, const float (&coefficients)[n]) {
 }
 
 // The angle between unit vectors from the square of their chord, q = 2 - 2 cos: unlike the cosine, a chord is exact for
-// vectors that nearly agree. acos(1 - u) = sqrt(u) p(1 - u): Abramowitz and Stegun 4.4.46 (1964), absolute error below
-// 4e-7 after rounding, save within 1e-3 of the antipode.
+// vectors that nearly agree. acos(1 - u) = sqrt(u) p(1 - u): [AbramowitzStegun64, 4.4.46], absolute error below 4e-7
+// after rounding, save within 1e-3 of the antipode.
 HWY_INLINE V angle_of_chord(V q) {
   constexpr float coefficients[] = {-0.0012624911F, 0.0066700901F, -0.0170881256F, 0.0308918810F,
                                     -0.0501743046F, 0.0889789874F, -0.2145988016F, 1.5707963050F};

@@ -1,5 +1,5 @@
-// Sums in a fixed order whose rounding error does not grow with their length [Neumaier 1974,
-// doi:10.1002/zamm.19740540106].
+// Sums in a fixed order whose rounding error does not grow with their length [Neumaier74]: what an addition rounds off
+// is summed beside it.
 #pragma once
 
 #include <cmath>

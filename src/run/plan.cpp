@@ -22,8 +22,14 @@ RunPlan plan_run(const RunConfig& config, const PlanRequest& request) {
   at_least_one("--threads", request.threads, 1);
   at_least_one("--ranks-per-node", request.ranks_per_node, 0);
   throw_if_any(std::move(faults));
-  return config.optimizer.method == Method::void_and_cluster ? plan_order(config, request)
-                                                             : plan_swaps(config, request);
+  switch (config.optimizer.method) {
+    case Method::void_and_cluster:
+      return plan_order(config, request);
+    case Method::construct:
+      return plan_construct(config, request);
+    default:
+      return plan_swaps(config, request);
+  }
 }
 
 RunPlan plan_basis(const RunConfig& config, const PlanRequest& request) {

@@ -1,6 +1,6 @@
 // Measure-preserving maps between the unit square, the disk and the upper half of the sphere, and back: the square's
-// concentric map to the disk [Shirley, Chiu 1997, doi:10.1080/10867651.1997.10487479], and the disk lifted by Lambert's
-// equal-area projection. All are near to isometric.
+// concentric map to the disk [ShirleyChiu97], and the disk lifted by Lambert's equal-area projection. All are near to
+// isometric.
 #pragma once
 
 namespace noiseloom {

@@ -13,18 +13,25 @@ namespace noiseloom {
 namespace {
 
 template <class A, class B>
-concept Comparable = requires(A a, B b) { a == b; } || requires(A a, B b) { a < b; };
+concept Comparable = requires(A a, B b) {
+  a == b;
+}
+|| requires(A a, B b) { a < b; };
 template <class A, class B>
-concept Subtractable = requires(A a, B b) { a - b; };
+concept Subtractable = requires(A a, B b) {
+  a - b;
+};
 template <class A, class B>
-concept Addable = requires(A a, B b) { a + b; };
+concept Addable = requires(A a, B b) {
+  a + b;
+};
 
 // An index of one kind is neither made from, nor assigned, compared or subtracted with anything but its own kind, and
 // becomes an integer only by value().
 template <class I, class Other>
-constexpr bool mixes = std::is_convertible_v<Other, I> || std::is_convertible_v<I, Other> ||
-                       std::is_assignable_v<I&, Other> || Comparable<I, Other> || Subtractable<I, Other> ||
-                       Addable<I, Other>;
+constexpr bool mixes =
+    std::is_convertible_v<Other, I> || std::is_convertible_v<I, Other> || std::is_assignable_v<I&, Other> ||
+    Comparable<I, Other> || Subtractable<I, Other> || Addable<I, Other>;
 template <class A, class B>
 constexpr bool kinds_mix = mixes<A, B> || mixes<B, A> || std::is_constructible_v<A, B> || std::is_constructible_v<B, A>;
 
@@ -36,27 +43,39 @@ static_assert(Comparable<Rank, Rank> && Subtractable<Rank, Rank> && !Addable<Ran
 
 // As their integers lie in memory, alone and in vectors, so that MPI and HDF5 take them as those.
 template <class I>
-constexpr bool is_its_integer = sizeof(I) == sizeof(typename I::Integer) &&
-                                alignof(I) == alignof(typename I::Integer) && std::is_trivially_copyable_v<I> &&
-                                std::is_standard_layout_v<I>;
+constexpr bool is_its_integer =
+    sizeof(I) == sizeof(typename I::Integer) &&
+    alignof(I) == alignof(typename I::Integer) && std::is_trivially_copyable_v<I>&& std::is_standard_layout_v<I>;
 static_assert(is_its_integer<Rank> && is_its_integer<LocalSlice>);
 
 template <class D>
-concept OwnerOfLocalSlice = requires(D d) { d.owner(LocalSlice(0)); };
+concept OwnerOfLocalSlice = requires(D d) {
+  d.owner(LocalSlice(0));
+};
 template <class D>
-concept OwnerOfRank = requires(D d) { d.owner(Rank(0)); };
+concept OwnerOfRank = requires(D d) {
+  d.owner(Rank(0));
+};
 template <class D>
-concept SlicesOfSlice = requires(D d, SliceIndex slice) { d.slices_of(slice); };
+concept SlicesOfSlice = requires(D d, SliceIndex slice) {
+  d.slices_of(slice);
+};
 template <class D>
-concept LocalFromLocal = requires(D d) { d.local_slice_from_global(LocalSlice(0)); };
+concept LocalFromLocal = requires(D d) {
+  d.local_slice_from_global(LocalSlice(0));
+};
 template <class D>
-concept GlobalFromGlobal = requires(D d, SliceIndex slice) { d.global_slice_from_local(slice); };
+concept GlobalFromGlobal = requires(D d, SliceIndex slice) {
+  d.global_slice_from_local(slice);
+};
 static_assert(!OwnerOfLocalSlice<Distribution> && !OwnerOfRank<Distribution> && !SlicesOfSlice<Distribution>);
 static_assert(!LocalFromLocal<Distribution> && !GlobalFromGlobal<Distribution>);
 static_assert(!std::is_constructible_v<Distribution, SliceIndex, int, SliceIndex>);
 
 template <class V, class Key>
-concept LookedIntoWith = requires(V v, Key key) { v[key]; };
+concept LookedIntoWith = requires(V v, Key key) {
+  v[key];
+};
 static_assert(LookedIntoWith<IndexedVector<Rank, int>, Rank>);
 static_assert(!LookedIntoWith<IndexedVector<Rank, int>, int> && !LookedIntoWith<IndexedVector<Rank, int>, LocalSlice>);
 

@@ -160,6 +160,19 @@ class Readme(unittest.TestCase):
             with self.subTest(name=name):
                 self.assertTrue([p for root in roots.split("|") for p in (SOURCE / root).rglob(name)])
 
+    def test_sources_have_keys_that_comments_cite(self):
+        body, _, sources = README.partition("## Sources")
+        listed = re.findall(r"(?m)^- \[(\w+)\]", sources)
+        self.assertEqual(listed, sorted(listed, key=str.lower), "the list is in the order of its keys")
+        cited = set(re.findall(r"\[([A-Z][A-Za-z]+\d\d)\]", body))
+        for folder in ("include", "src", "tests", "tools"):
+            for path in (SOURCE / folder).rglob("*"):
+                if path.suffix in (".h", ".cpp"):
+                    text = path.read_text()
+                    self.assertNotIn("doi:", text, f"{path}: a source belongs into the list, and its key here")
+                    cited |= set(re.findall(r"\[([A-Z][A-Za-z]+\d\d)(?:, [^\]]*)?\]", text))
+        self.assertEqual(set(listed), cited)
+
     def test_unit_tests_that_are_named(self):
         named = re.findall(r"bin/(test_\w+) --gtest_filter='([^']+)'", PROSE)
         self.assertTrue(named)

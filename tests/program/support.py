@@ -12,6 +12,8 @@ SOURCE = pathlib.Path(os.environ["NOISELOOM_SOURCE_DIR"])
 MPIEXEC = os.environ["NOISELOOM_MPIEXEC"]
 KILLER = os.environ["NOISELOOM_KILLER"]
 REWRITER = os.environ["NOISELOOM_REWRITER"]
+# Whether to try what is left out elsewhere, as it takes long and seldom teaches anything (tools/test --all).
+THOROUGH = os.environ.get("NOISELOOM_THOROUGH", "") != ""
 
 # Without FMA and AVX2 the C library takes other code paths; the results must be the same bytes.
 PLAIN_CPU = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX2_Usable,-FMA_Usable,-FMA4_Usable"}

@@ -1,8 +1,28 @@
 // The values of one slice, or of a window of it, laid out for the inner loops: planar, with a border that repeats what
 // lies around (for a whole slice, the torus), so that a tap is an offset and never wraps.
 //
-//   element (channel c, x, y) at  c * plane_size + (y + reach_y) * stride + x + reach_x,   -reach_x <= x < width +
-//   reach_x
+//     reach_x  width  reach_x
+//   +----+------------+----+
+//   | d' | c'      d' | c' |  reach_y     a, b, c, d: the cells at the corners of the slice
+//   +----+------------+----+              a', b', c', d': the same samples once more,
+//   | b' | a        b | a' |              from the other side of the torus
+//   |    |            |    |  height
+//   | d' | c        d | c' |
+//   +----+------------+----+
+//   | b' | a'      b' | a' |  reach_y
+//   +----+------------+----+
+//
+// With stride = width + 2 reach_x, the element (channel c, x, y) stands at
+//
+//   c * plane_size + (y + reach_y) * stride + x + reach_x,   -reach_x <= x < width + reach_x, and y alike.
+//
+// A sample lies in memory in four ways on its way from the space to the file:
+//
+//   [id][channel]             the list that a space gives (samples/sample_space.h); the permutation of
+//                             a slice says which id stands at which cell, and is what a checkpoint holds
+//   [channel][y][x], border   the field of a slice, here: what movers and scores read
+//   [slice][y][x][channel]    /samples of the run file (files/run_file.h), and what containers write
+//   [slice][channel][y][x]    a texture that was read back to be looked at (image/texture_file.h)
 #pragma once
 
 #include <cstdint>
@@ -13,8 +33,7 @@
 
 namespace noiseloom {
 
-// Cells to x and y without a division; exact for cells and widths below 2^32 [Robison 2005,
-// doi:10.1109/ARITH.2005.31].
+// Cells to x and y without a division; exact for cells and widths below 2^32 [Robison05].
 class CellDivider {
  public:
   CellDivider() = default;

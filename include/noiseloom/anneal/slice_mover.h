@@ -2,8 +2,8 @@
 // and the change of the energy decides about each of them. Everything around the tile is taken as it was before the
 // visit. What comes out is the list of swaps, in order; whoever holds the slice carries them out.
 //
-// Two ways of drawing and deciding: AnnealMover, one candidate after the other by the Metropolis rule [Metropolis et
-// al. 1953, doi:10.1063/1.1699114], and PairingMover, the step of the FAST paper, where all cells are paired at once.
+// Two ways of drawing and deciding: AnnealMover, one candidate after the other by the Metropolis rule [Metropolis53],
+// and PairingMover, the step of [FAST24], where all cells are paired at once.
 #pragma once
 
 #include <algorithm>

@@ -70,7 +70,8 @@ class SliceConstruction {
 
   void start();  // *Collective*
   // Goes on from a run of the same arguments. `places(slice)`: of a slice that slices_held() names, as places() gave
-  // them. Requires that progress and places belong together (is_sound). *Collective*
+  // them; what it throws on one rank all throw. Requires that progress and places belong together (is_sound).
+  // *Collective*
   void restore(const ConstructProgress& progress, const std::function<std::vector<std::uint32_t>(SliceIndex)>& places);
   // Own slices, then those that act on them, each ascending.
   std::vector<SliceIndex> slices_held() const;
@@ -82,7 +83,7 @@ class SliceConstruction {
   // The share of the whole run that is done, by the number of picks.
   double fraction() const;
 
-  const Partition& partition() const;
+  const Distribution& distribution() const;
   // Of a slice that slices_held() names, [y][x]: the place of every pixel, or one of the two entries above.
   const std::vector<std::uint32_t>& places(SliceIndex slice) const;
 

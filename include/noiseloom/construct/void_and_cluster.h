@@ -1,7 +1,7 @@
 // Void and cluster in any dimension: the order in which the pixels of a scalar mask are turned on.
 //
-// The energy of a pixel p is the sum over the pixels q != p that are on of K(p - q) [Ulichney 1993,
-// doi:10.1117/12.152707; STBN22, sections 3.1 and 4.1, doi:10.2312/sr.20221161], with
+// The energy of a pixel p is the sum over the pixels q != p that are on of K(p - q) [Ulichney93]
+// [STBN22, sections 3.1 and 4.1], with
 //
 //   K(d) = sum_g [d is zero on every axis outside group g] * prod_{a in g} k_a(d_a),   k_a(d) = exp(-d^2 / 2 sigma_g^2)
 //

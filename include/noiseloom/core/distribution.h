@@ -12,7 +12,8 @@ class Distribution {
  public:
   // Of so many slices over so many ranks; with more ranks than slices the last ranks own none. Requires
   // rank < num_ranks.
-  Distribution(SliceIndex num_slices, int num_ranks, Rank rank) : Distribution(Partition(num_slices, num_ranks), rank) {}
+  Distribution(SliceIndex num_slices, int num_ranks, Rank rank)
+      : Distribution(Partition(num_slices, num_ranks), rank) {}
   Distribution(const Partition& partition, Rank rank);
 
   const Partition& partition() const { return partition_; }

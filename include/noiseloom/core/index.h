@@ -65,7 +65,7 @@ using SliceIndex = std::int32_t;
 using Rank = Index<struct RankTag, int>;
 using LocalSlice = Index<struct LocalSliceTag, std::int32_t>;
 
-// Indices begin, ..., end - 1, or integers that count something, for loops: for (const Rank rank : first_indices<Rank>(4)).
+// Indices begin, ..., end - 1, or integers that count something: for (const Rank rank : first_indices<Rank>(4)).
 template <class I>
 class IndexRange {
  public:

@@ -1,6 +1,6 @@
 // Counter-based random numbers: every draw is a pure function of (seed, purpose, slice, sweep, index), so results
-// depend on no state, no order, no rank and no thread. Philox4x32-10 [Salmon et al. 2011, doi:10.1145/2063384.2063405]
-// of Random123.
+// depend on no state, no order, no rank and no thread. The generator is Philox4x32-10 [Salmon11], as the library
+// Random123 has it.
 #pragma once
 
 #include <array>

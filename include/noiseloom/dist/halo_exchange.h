@@ -18,8 +18,6 @@ class HaloExchange {
  public:
   // The communicator and the plan must outlive the exchange.
   HaloExchange(const Communicator& communicator, const HaloPlan& plan, const Distribution& distribution);
-  HaloExchange(const Communicator& communicator, const HaloPlan& plan, const Partition& partition)
-      : HaloExchange(communicator, plan, Distribution(partition, communicator.rank())) {}
   ~HaloExchange();
   HaloExchange(const HaloExchange&) = delete;
   HaloExchange& operator=(const HaloExchange&) = delete;

@@ -16,8 +16,6 @@ class HaloPlan {
   // is ignored. Footprints deeper than a rank's own slices reach several neighbours; a rank without slices needs and
   // tells nothing.
   HaloPlan(const Extents& extents, std::span<const Extents::SliceCoord> offsets, const Distribution& distribution);
-  HaloPlan(const Extents& extents, std::span<const Extents::SliceCoord> offsets, const Partition& partition, Rank rank)
-      : HaloPlan(extents, offsets, Distribution(partition, rank)) {}
 
   // Slices of other ranks that the own ones are coupled with, ascending.
   const std::vector<SliceIndex>& needed() const { return needed_; }
