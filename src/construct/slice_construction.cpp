@@ -26,7 +26,7 @@ constexpr std::int64_t most_swaps_per_point = 4;
 // In a message, where a pick turns nothing off or nothing on.
 constexpr std::uint32_t no_cell = 0xFFFFFFFFU;
 
-// Of the weights that are left, which may reach fewer slices than the overlap.
+// Not of the overlap: weights may reach fewer slices, as they are cut, and others, where groups of a sum cancel.
 std::vector<Extents::SliceCoord> slice_offsets(const StampKernel& kernel) {
   std::vector<Extents::SliceCoord> offsets;
   for (const SliceStamp& stamp : kernel.stamps()) offsets.push_back(stamp.offset);

@@ -146,10 +146,13 @@ ProgressFigures ConstructJob::figures(double run_s, double part_s) {
   ProgressFigures f;
   f.fraction = run_->fraction();
   f.left_s = pace_.left_s(f.fraction, part_s);
-  f.json = fmt::format(
-      "\"phase\": \"{}\", \"swaps\": {}, \"ranked\": {}, \"of\": {}, \"fraction\": {:.4f}, \"picks_per_second\": "
-      "{:.6g}, \"seconds\": {:.3f}",
-      construct_phase_name(progress.phase), progress.num_swaps, num_ranked(), num_cells, f.fraction, rate_, run_s);
+  f.json = {{"phase", std::string(construct_phase_name(progress.phase))},
+            {"swaps", progress.num_swaps},
+            {"ranked", num_ranked()},
+            {"of", num_cells},
+            {"fraction", f.fraction},
+            {"picks_per_second", rate_},
+            {"seconds", run_s}};
   f.bar = fmt::format("{:<5}  {}", construct_phase_name(progress.phase), rate_text(rate_, "pixels"));
   f.plain = fmt::format("{}  {:.1f} %  {} swaps, {} of {} pixels placed  {}  {}", construct_phase_name(progress.phase),
                         100 * f.fraction, progress.num_swaps, num_ranked(), num_cells, rate_text(rate_, "pixels"),

@@ -91,12 +91,14 @@ ProgressFigures SwapJob::figures(double run_s, double part_s) {
   }
   const double candidates = static_cast<double>(optimizer_->candidates_done()) * communicator_->size();
   const double rate = part_s > 0 ? candidates / part_s : 0;
-  f.json = fmt::format(
-      "\"iterations\": {}, \"of\": {}, \"temperature\": {:.6g}, \"acceptance\": {:.6g}, \"relative_error\": {:.8g}, "
-      "\"scored_at\": {}, "
-      "\"candidates_per_second\": {:.6g}, \"seconds\": {:.3f}",
-      optimizer_->iterations(), stop.iterations, sweep.temperature, sweep.acceptance, optimizer_->last_score(),
-      optimizer_->last_score_at_iteration(), rate, run_s);
+  f.json = {{"iterations", optimizer_->iterations()},
+            {"of", stop.iterations},
+            {"temperature", sweep.temperature},
+            {"acceptance", sweep.acceptance},
+            {"relative_error", optimizer_->last_score()},
+            {"scored_at", optimizer_->last_score_at_iteration()},
+            {"candidates_per_second", rate},
+            {"seconds", run_s}};
   const std::string pace = rate_text(rate, "candidates");
   f.bar = fmt::format("{}  accepted {:.1f} %  {}", score_text(), 100 * sweep.acceptance, pace);
   f.plain = fmt::format("iteration {}{}  {} {:.3g}  accepted {:.1f} %  {}  {}  {}", optimizer_->iterations(),
