@@ -11,6 +11,7 @@
 #include "noiseloom/core/json.h"
 #include "noiseloom/files/generations.h"
 #include "noiseloom/run/checkpoint.h"
+#include "noiseloom/run/construct_checkpoint.h"
 #include "noiseloom/run/order_checkpoint.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_options.h"
@@ -119,10 +120,31 @@ void print_history(const OrderState& state) {
   }
 }
 
-// What the file says of its run, all of it checked. One of the two.
+void print_progress(const ConstructState& state, std::int64_t num_pixels) {
+  if (state.finished.empty()) {
+    fmt::print("not finished: stopped in phase {}; go on with generate --resume\n", state.phase);
+  } else {
+    fmt::print("finished: every pixel has its place\n");
+    fmt::print("R {:.5f} (white noise 1)\n", state.relative_error);
+  }
+  fmt::print("sharpness {:g}, {} start points in every slice, {} swaps, {} of {} pixels placed ({:.1f} %)\n",
+             state.sharpness, state.start_points, state.swaps, state.ranked, num_pixels,
+             100 * static_cast<double>(state.ranked) / static_cast<double>(num_pixels));
+}
+
+void print_history(const ConstructState& state) {
+  fmt::print("\n  phase        swaps         placed    seconds\n");
+  for (const ConstructRow& row : state.history) {
+    fmt::print("  {:<6} {:11} {:14}  {:9.1f}\n", construct_phase_name(static_cast<ConstructPhase>(row.phase)),
+               row.swaps, row.ranked, row.seconds);
+  }
+}
+
+// What the file says of its run, all of it checked. One of the three.
 struct Checked {
   std::optional<OrderState> order;
   std::optional<SwapState> engine;
+  std::optional<ConstructState> construct;
 };
 
 Checked check(const RunFileReader& reader) {
@@ -130,6 +152,9 @@ Checked check(const RunFileReader& reader) {
   if (is_order_run(reader.content())) {
     checked.order = order_state(reader.content(), reader.path());
     check_order(reader, *checked.order);
+  } else if (is_construct_run(reader.content())) {
+    checked.construct = construct_state(reader.content(), reader.path());
+    check_places(reader, *checked.construct);
   } else {
     checked.engine = engine_state(reader.content(), reader.path());
     check_permutations(reader);
@@ -138,13 +163,14 @@ Checked check(const RunFileReader& reader) {
 }
 
 void print_text(const std::string& path, const RunFileContent& content, const Checked& checked) {
-  const auto& [order, engine] = checked;
+  const auto& [order, engine, construct] = checked;
   fmt::print("{}: {}", path, content.extents.to_string());
   for (int axis = 0; axis < content.extents.num_axes(); ++axis)
     fmt::print("{}{}", axis == 0 ? " (" : ", ", content.extents.name(axis));
   fmt::print(")\n");
   if (order) print_progress(*order, content.extents.num_cells());
   if (engine) print_progress(*engine, stored_config(content, path).optimizer.stop);
+  if (construct) print_progress(*construct, content.extents.num_cells());
   if (const std::string previous = previous_generation(path); std::filesystem::exists(previous)) {
     fmt::print("  {}: the generation before it\n", previous);
   }
@@ -159,6 +185,7 @@ void print_text(const std::string& path, const RunFileContent& content, const Ch
   fmt::print("  algorithm {}\n", stored_algorithm(content, path));
   if (order) print_history(*order);
   if (engine) print_history(*engine);
+  if (construct) print_history(*construct);
   fmt::print("\nprovenance\n");
   for (const auto& [name, value] : content.provenance) fmt::print("  {:14} {}\n", name, text_of(value));
   fmt::print("\nconfig\n{}", content.config);

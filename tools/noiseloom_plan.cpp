@@ -41,8 +41,10 @@ int run_plan(int argc, char** argv) {
       "which it mostly lies.");
   if (const auto status = read_options(app, argc - 1, argv + 1)) return *status;
   const RunConfig config = load_config(path, overrides);
-  std::optional<MpiSession> session;  // void and cluster is measured with a communicator
-  if (config.optimizer.method == Method::void_and_cluster) session.emplace(argc, argv);
+  std::optional<MpiSession> session;  // these are measured with a communicator
+  if (config.optimizer.method == Method::void_and_cluster || config.optimizer.method == Method::construct) {
+    session.emplace(argc, argv);
+  }
   const RunPlan plan = plan_run(config, request);
   fmt::print("{}", json ? plan_json(plan) : plan_text(plan));
   return exit_done;

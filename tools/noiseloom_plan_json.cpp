@@ -91,8 +91,8 @@ std::string time(const RunPlan& plan) {
   object.number("exchange", time.exchange).number("saves", time.saves);
   object.count("iterations", time.iterations).count("num_scores", time.num_scores);
   object.number("score_seconds", time.score_s);
-  object.number(plan.method == "void-and-cluster" ? "microseconds_per_pick" : "microseconds_per_candidate",
-                time.candidate_us);
+  const bool picks = plan.method == "void-and-cluster" || plan.method == "construct";
+  object.number(picks ? "microseconds_per_pick" : "microseconds_per_candidate", time.candidate_us);
   return object.str();
 }
 

@@ -92,6 +92,8 @@ void add_exchange(const RunPlan& plan, Lines& lines) {
               bytes_text(plan.exchange.bytes));
   } else if (plan.filter.coupled_slices == 0) {
     lines.add("exchange", "none: slices are not coupled");
+  } else if (plan.method == "construct") {
+    lines.add("exchange", "picks, after every colour class; about {} in all", bytes_text(plan.exchange.bytes));
   } else {
     lines.add("exchange", "{:.0f} slice updates a sweep in {:.0f} messages, about {}", plan.exchange.slice_updates,
               plan.exchange.messages, bytes_text(plan.exchange.bytes));
@@ -107,6 +109,8 @@ void add_time(const RunPlan& plan, Lines& lines) {
     lines.add("speed", "{:.3g} us a pick on one thread here, measured on {}{}", time.candidate_us,
               plan.phases.measured_on,
               plan.phases.measured_on == plan.texture ? "" : "; slower where the texture leaves the caches");
+  } else if (plan.method == "construct") {
+    lines.add("speed", "{:.3g} us a pixel, measured here on one thread", time.candidate_us);
   } else {
     lines.add("speed", "{:.3g} us a candidate, measured here on one thread; {} iterations a sweep", time.candidate_us,
               plan.iterations_per_sweep);
@@ -118,7 +122,7 @@ void add_time(const RunPlan& plan, Lines& lines) {
   const double total = time.total();
   const std::string range =
       fmt::format("mostly {} to {}", duration_text(total / time.spread), duration_text(total * time.spread));
-  if (time.stop == "order") {
+  if (time.stop == "order" || time.stop == "construction") {
     lines.add("time", "about {}, {}", duration_text(total), range);
   } else if (time.stop == "iterations") {
     lines.add("time", "about {} for {} iterations, {}", duration_text(total), time.iterations, range);

@@ -55,6 +55,7 @@ int run(Arguments& arguments) {
   if (options.resume && options.overwrite)
     faults.push_back({"command line", "--resume and --overwrite exclude each other"});
   options.program = program_beside();
+  options.origin = report_origin();
   return run_accuracy(options, std::move(faults)) == AccuracyEnd::stopped ? exit_stopped : 0;
 }
 

@@ -76,6 +76,7 @@ class Page {
     }
     show_left_out();
     report_.config = to_toml(study_.config);
+    report_.origin = study_.origin;
     return report_html(report_);
   }
 

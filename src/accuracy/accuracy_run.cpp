@@ -170,8 +170,8 @@ void Study::claim() {
 void Study::publish(const std::string& state, const std::vector<LeftOut>& left_out) {
   OutputFiles output(posix_file_ops(), true);
   output.write(path("accuracy.csv"), accuracy_csv(rows_));
-  output.write(path("report.html"),
-               accuracy_html({options_.config, config_, rows_, left_out, options_.budget_s, spent_s(), state}));
+  output.write(path("report.html"), accuracy_html({options_.config, config_, rows_, left_out, options_.budget_s,
+                                                   spent_s(), state, options_.origin}));
   output.commit();
 }
 

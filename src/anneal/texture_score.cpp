@@ -21,18 +21,18 @@ double mean_distance(const SampleSource& source, const Communicator& communicato
 
 namespace {
 
-// What the terms of every own slice add up to, in double.
-std::vector<double> own_sums(const Footprint& footprint, const SampleSource& source, const HeldSlices& slices,
-                             ThreadPool& pool) {
-  const std::vector<SliceIndex> held = slices.indices();  // own slices come first
+// What the terms of the first `num_own` slices add up to, in double.
+std::vector<double> own_sums(const Footprint& footprint, const SampleSource& source,
+                             const std::vector<SliceIndex>& held, SliceIndex num_own,
+                             const std::function<std::vector<float>(SliceIndex)>& planar_of, ThreadPool& pool) {
   std::map<SliceIndex, std::vector<float>> planar;
   for (const SliceIndex slice : held) planar[slice];
   pool.for_each(std::ssize(held), [&](std::int64_t index, int) {
     const SliceIndex slice = held[static_cast<std::size_t>(index)];
-    planar.at(slice) = slices.field(slice).planar();
+    planar.at(slice) = planar_of(slice);
   });
   const auto values = [&planar](SliceIndex slice) { return planar.at(slice).data(); };
-  std::vector<double> sums(static_cast<std::size_t>(slices.num_own()));
+  std::vector<double> sums(static_cast<std::size_t>(num_own));
   pool.for_each(std::ssize(sums), [&](std::int64_t index, int) {
     const auto k = static_cast<std::size_t>(index);
     sums[k] = weighted_distance_sum(footprint, source.distance(), source.channels(), held[k], values, PairEnds::one);
@@ -53,11 +53,23 @@ std::vector<double> own_sums(const FloatScore& in_float, const HeldSlices& slice
 }  // namespace
 
 double texture_error(const Footprint& footprint, const SampleSource& source, double mean_distance,
+                     const Partition& partition, const std::vector<SliceIndex>& held,
+                     const std::function<std::vector<float>(SliceIndex)>& planar, const Communicator& communicator,
+                     ThreadPool& pool) {
+  const std::vector<double> own = own_sums(footprint, source, held, partition.count(communicator.rank()), planar, pool);
+  return relative_error(footprint, mean_distance, communicator.gather_all(partition, own));
+}
+
+double texture_error(const Footprint& footprint, const SampleSource& source, double mean_distance,
                      const HeldSlices& slices, const FloatScore* in_float, const Communicator& communicator,
                      ThreadPool& pool) {
-  const std::vector<double> own =
-      in_float != nullptr ? own_sums(*in_float, slices, pool) : own_sums(footprint, source, slices, pool);
-  return relative_error(footprint, mean_distance, communicator.gather_all(slices.partition(), own));
+  if (in_float != nullptr) {
+    return relative_error(footprint, mean_distance,
+                          communicator.gather_all(slices.partition(), own_sums(*in_float, slices, pool)));
+  }
+  const auto planar = [&slices](SliceIndex slice) { return slices.field(slice).planar(); };
+  return texture_error(footprint, source, mean_distance, slices.partition(), slices.indices(), planar, communicator,
+                       pool);  // own slices come first
 }
 
 }  // namespace noiseloom

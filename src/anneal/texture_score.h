@@ -1,18 +1,11 @@
-// R of a texture that is spread over ranks (problem/score.h says what R is): every rank sums over its own slices, and
-// all add the sums up in the order of the slices, so that R has the same bits on any number of ranks and threads.
+// R of the slices that the optimiser by swaps holds.
 #pragma once
 
 #include "anneal/float_score.h"
 #include "anneal/held_slices.h"
-#include "noiseloom/core/parallel.h"
-#include "noiseloom/dist/communicator.h"
-#include "noiseloom/problem/footprint.h"
-#include "noiseloom/samples/sample_space.h"
+#include "noiseloom/anneal/texture_score.h"
 
 namespace noiseloom {
-
-// m, the mean distance over all pairs of the texture's samples: the same for every arrangement of them. *Collective*
-double mean_distance(const SampleSource& source, const Communicator& communicator, ThreadPool& pool);
 
 // R of the texture as it is now: in double, or by `in_float` where that is given. Needs no swap to be on its way
 // (HeldSlices::hear). *Collective*

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 
+#include "noiseloom/core/extents.h"
+#include "noiseloom/files/npy.h"
+
 namespace noiseloom {
 namespace {
 
@@ -56,6 +59,20 @@ std::vector<RunFileInput> inputs_of(const RunConfig& config) {
     if (array) inputs.push_back({key, spelt(config, path), array});
   });
   return inputs;
+}
+
+std::uint64_t inputs_bytes(const RunConfig& config) {
+  std::uint64_t bytes = 0;
+  for_each_file(config,
+                [&](const std::string&, Contents contents, const std::string& path, const InputArrayPtr& array) {
+                  constexpr std::uint64_t structure = 1024;
+                  std::uint64_t values = 1;
+                  for (const std::int64_t size : array ? array->shape : read_npy_shape(path)) {
+                    values *= narrow<std::uint64_t>(size);
+                  }
+                  bytes += structure + values * (contents == Contents::samples ? sizeof(float) : sizeof(double));
+                });
+  return bytes;
 }
 
 void take_inputs(RunConfig& config, const std::vector<RunFileInput>& inputs, const std::string& path) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "config/run_settings.h"
+#include "noiseloom/samples/sample_space.h"
 
 namespace noiseloom::settings {
 namespace {
@@ -104,8 +105,26 @@ void check_temperatures(Reader& reader, const Found& found) {
   }
 }
 
+namespace {
+
+// Of a list from a file, only the file knows how many channels it has.
+void check_construct(Reader& reader, const Value& root, const SampleSpec& spec) {
+  const Value* samples = find_at(root, "texture.samples");
+  if (samples == nullptr) return;
+  const bool scalar = spec.is_file()
+                          ? spec.distance == DistanceKind::absolute || spec.distance == DistanceKind::euclidean
+                          : num_channels(spec) == 1 && distance_kind(spec, 1) == DistanceKind::absolute;
+  if (scalar) return;
+  reader.fault(*samples, "texture.samples",
+               "with method = \"construct\" they must be scalars that are compared by their difference: uniform, tent, "
+               "gauss, or a file of one channel; method = \"anneal\" takes all");
+}
+
+}  // namespace
+
 void check_method(Reader& reader, const Value& root, const Owners& owners) {
   const RunConfig& config = owners.get<RunConfig>();
+  if (config.optimizer.method == Method::construct) check_construct(reader, root, config.problem.samples);
   if (config.optimizer.method != Method::void_and_cluster) return;
   const Value* samples = find_at(root, "texture.samples");
   if (samples != nullptr &&

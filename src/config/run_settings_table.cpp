@@ -42,6 +42,8 @@ constexpr Word method_table[] = {
     {"fast", "the published algorithm of filter-adapted sampling, for comparison", "paper ea"},
     {"void-and-cluster", "pixels turned on one by one, each in the largest void: scalar blue noise masks",
      "vc vnc void-cluster voidandcluster void_and_cluster ulichney"},
+    {"construct", "scalars placed one by one, each slice for itself, in the largest void that the filter sees",
+     "construction constructive greedy"},
 };
 
 constexpr Word precision_table[] = {
@@ -216,7 +218,8 @@ std::span<const Setting> all() {
       {.key = "optimizer.method",
        .type = Type::word,
        .sentence = "The algorithm. void-and-cluster needs samples \"uniform\" and gauss-energy kernels, and combine "
-                   "\"sum\" where there are several groups.",
+                   "\"sum\" where there are several groups; construct needs samples of one channel that are not on a "
+                   "circle.",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.method; },
        .words = method_table},
       {.key = "optimizer.stop",
@@ -303,6 +306,20 @@ std::span<const Setting> all() {
        .field = [](RunConfig& c) -> Field { return &c.order.density; },
        .range = at_least(0, 0.5),
        .when = with_method("void-and-cluster")},
+      {.key = "optimizer.density",
+       .type = Type::number,
+       .sentence = "Share of the pixels of a slice in the pattern that construction starts from.",
+       .field = [](RunConfig& c) -> Field { return &c.construct.density; },
+       .range = at_least(0, 0.5),
+       .when = with_method("construct")},
+      {.key = "optimizer.sharpness",
+       .type = Type::number,
+       .sentence = "Power that the overlap of the filter is raised to in space, as construction wants it sharper than "
+                   "it is; found from the filter where it is left out (plan says what it is).",
+       .field = [](RunConfig& c) -> Field { return &c.construct.sharpness; },
+       .range = above(0, 8),
+       .when = with_method("construct"),
+       .zero_is_unset = true},
       {.key = "optimizer.bounded",
        .type = Type::custom,
        .sentence = "Axes that do not wrap around, written as those of a group; all others do.",

@@ -17,8 +17,8 @@
 namespace noiseloom {
 namespace {
 
-// A visit picks this share of a slice. Finer visits gain little: R of 128x128x64, gauss 1.3435 x ema, is higher by ...
-// at
+// A visit picks one cell in so many. Of 64x64x32, gauss 1.3435 x ema, sharpness 1.4, R is 0.0466 with 256, 0.0462 with
+// 1024 and with 4096, which takes a third more time (construct_bench).
 constexpr std::int64_t cells_per_point = 1024;
 
 // What relaxing may take at most, in picks for each point of the start pattern. About 0.4 are usual.
@@ -27,7 +27,7 @@ constexpr std::int64_t most_swaps_per_point = 4;
 // In a message, where a pick turns nothing off or nothing on.
 constexpr std::uint32_t no_cell = 0xFFFFFFFFU;
 
-// Of the weights that are left, which may reach fewer slices than the overlap.
+// Not of the overlap: weights may reach fewer slices, as they are cut, and others, where groups of a sum cancel.
 std::vector<Extents::SliceCoord> slice_offsets(const StampKernel& kernel) {
   std::vector<Extents::SliceCoord> offsets;
   for (const SliceStamp& stamp : kernel.stamps()) offsets.push_back(stamp.offset);
@@ -171,7 +171,9 @@ struct SliceConstruction::Impl {
 
   void restore(const ConstructProgress& from, const std::function<std::vector<std::uint32_t>(SliceIndex)>& places_of) {
     progress = from;
-    for (const SliceIndex slice : indices()) held_slice(slice).places = places_of(slice);
+    communicator.together([&] {
+      for (const SliceIndex slice : indices()) held_slice(slice).places = places_of(slice);
+    });
     if (!done()) compute_energies();
   }
   bool done() const { return progress.phase == ConstructPhase::done; }

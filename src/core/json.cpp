@@ -118,6 +118,22 @@ std::string json_string(const std::string& text) {
 
 std::string json_number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : "null"; }
 
+std::string json_object(const std::vector<JsonMember>& members) {
+  std::string text;
+  for (const auto& [name, value] : members) {
+    text += text.empty() ? "{" : ", ";
+    text += json_string(name) + ": ";
+    if (const auto* number = std::get_if<double>(&value)) {
+      text += json_number(*number);
+    } else if (const auto* count = std::get_if<std::int64_t>(&value)) {
+      text += std::to_string(*count);
+    } else {
+      text += json_string(std::get<std::string>(value));
+    }
+  }
+  return (text.empty() ? "{" : text) + "}";
+}
+
 std::map<std::string, std::string> parse_json_object(const std::string& text, const std::string& name) {
   return Scanner(text, name).object();
 }

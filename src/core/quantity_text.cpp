@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -20,6 +21,12 @@ std::string bytes_text(double bytes) {
     bytes /= 1024;
   }
   return fmt::format("{:.4g} TiB", bytes);
+}
+
+std::string digits_text(double value) {
+  if (value == 0 || !std::isfinite(value)) return fmt::format("{}", value);
+  const int magnitude = static_cast<int>(std::floor(std::log10(std::abs(value))));
+  return fmt::format("{:.{}f}", value, std::clamp(2 - magnitude, 0, 12));
 }
 
 std::string rate_text(double per_second, const char* what) {

@@ -87,6 +87,9 @@ MpiSession::MpiSession(int& argc, char**& argv) {
   // files and signals of its own. Looking for networks and graphics cards takes another quarter of one.
   if (!has_launcher()) {
     setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+    // All that run alone share one folder of the machine, which each removes when it ends: under another's hands, who
+    // then fails. One rank has nothing to put there.
+    setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
     setenv("OMPI_MCA_pml", "ob1", 0);
     setenv("OMPI_MCA_btl", "self", 0);
     setenv("HWLOC_PLUGINS_PATH", "/dev/null", 0);

@@ -128,8 +128,8 @@ NumberType parse_type(const std::string& type, const std::string& path) {
   return {kind, type[2] - '0', type[0] == '>'};
 }
 
-std::vector<double> read_values(std::ifstream& file, const Header& header, const NumberType& type,
-                                const std::string& path) {
+// The number of values; the file must hold as many.
+std::int64_t checked_count(std::ifstream& file, const Header& header, const NumberType& type, const std::string& path) {
   const std::int64_t count = count_of(header.shape, path);
   const std::int64_t wanted = count * type.bytes;
   const std::int64_t found = bytes_left(file);
@@ -137,6 +137,12 @@ std::vector<double> read_values(std::ifstream& file, const Header& header, const
     throw UserError(path, "shape " + npy_shape_text(header.shape) + " needs " + std::to_string(wanted) +
                               " bytes of values; the file holds " + std::to_string(found));
   }
+  return count;
+}
+
+std::vector<double> read_values(std::ifstream& file, const Header& header, const NumberType& type,
+                                const std::string& path) {
+  const std::int64_t count = checked_count(file, header, type, path);
   std::vector<double> values(static_cast<std::size_t>(count));
   const std::size_t bytes = static_cast<std::size_t>(type.bytes);
   constexpr std::size_t chunk_values = std::size_t{1} << 16;
@@ -204,8 +210,7 @@ NpyArray read_npy(const std::string& path) {
 std::vector<std::int64_t> read_npy_shape(const std::string& path) {
   std::ifstream file = open_npy(path);
   const Header header = read_header(file, path);
-  parse_type(header.type, path);
-  count_of(header.shape, path);
+  checked_count(file, header, parse_type(header.type, path), path);
   return header.shape;
 }
 

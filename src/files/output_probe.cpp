@@ -145,11 +145,11 @@ std::string check_space(const std::string& target, std::uint64_t file_bytes) {
 }  // namespace
 
 std::uint64_t run_file_bytes(const Extents& extents, const std::vector<SliceDataset>& datasets,
-                             std::size_t config_bytes) {
+                             std::uint64_t other_bytes) {
   constexpr std::uint64_t structure = std::uint64_t{1} << 16;
   constexpr std::uint64_t history = std::uint64_t{1} << 18;
   const auto slices = narrow<std::uint64_t>(extents.num_slices());
-  std::uint64_t bytes = structure + history + config_bytes;
+  std::uint64_t bytes = structure + history + other_bytes;
   for (const SliceDataset& dataset : datasets) {
     bytes += slices * (bytes_per_slice(dataset, extents) + sizeof(std::uint64_t)) + 2048;
   }

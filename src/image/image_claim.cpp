@@ -46,12 +46,24 @@ ImageClaim png_claim(Bytes& bytes) {
           static_cast<std::int64_t>(bytes.number(20, 4, true))};
 }
 
+// The library trusts runs of compressed files and indices into short palettes, and reads past its buffers for others.
+std::string unreadable_bmp(std::uint64_t bits, std::uint64_t compression, std::uint64_t colours) {
+  if (compression != 0) return "a compressed BMP; accepted: uncompressed BMP, or PNG";
+  if (bits <= 8 && colours != 0 && colours != std::uint64_t{1} << bits) {
+    return "a BMP whose palette has fewer colours than its pixels can name; accepted: BMP with a whole palette or "
+           "without one, or PNG";
+  }
+  return "";
+}
+
 ImageClaim bmp_claim(Bytes& bytes) {
   if (bytes.number(14, 4, false) == 12)
     return {"bmp", static_cast<std::int64_t>(bytes.number(18, 2, false)),
             static_cast<std::int64_t>(bytes.number(20, 2, false))};
   const std::int64_t height = bytes.signed_number(22, 4);
-  return {"bmp", bytes.signed_number(18, 4), height < 0 ? -height : height};
+  ImageClaim claim{"bmp", bytes.signed_number(18, 4), height < 0 ? -height : height};
+  claim.unreadable = unreadable_bmp(bytes.number(28, 2, false), bytes.number(30, 4, false), bytes.number(46, 4, false));
+  return claim;
 }
 
 ImageClaim tga_claim(Bytes& bytes) {

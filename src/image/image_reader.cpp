@@ -75,6 +75,7 @@ Checked checked_claim(const std::string& path) {
   if (claim.width > checked.most_pixels / claim.height || claim.least_bytes > size)
     throw UserError(path, fmt::format("its header says {} x {} pixels, but a file of {} bytes cannot hold so many",
                                       claim.width, claim.height, size));
+  if (!claim.unreadable.empty()) throw UserError(path, claim.unreadable);
   return checked;
 }
 

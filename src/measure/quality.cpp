@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "noiseloom/core/json.h"
+#include "noiseloom/core/quantity_text.h"
 
 namespace noiseloom {
 namespace {
@@ -66,12 +67,12 @@ std::string quality_text(const SpectralQuality& quality) {
   std::string text;
   for (const GroupQuality& group : quality.groups)
     if (std::isfinite(group.low_frequency_power))
-      text += fmt::format("{}{} {:.3g}", text.empty() ? "" : ", ", group.name, group.low_frequency_power);
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", group.name, digits_text(group.low_frequency_power));
   if (!text.empty()) text = fmt::format("power below {} cycles a pixel (white noise: 1): {}\n", low_frequency, text);
   for (const GroupQuality& group : quality.groups)
     if (!group.first_bins.empty())
       text += fmt::format("power at the lowest frequencies along {}: {}\n", group.name,
-                          listed(group.first_bins, [](double v) { return fmt::format("{:.3g}", v); }));
+                          listed(group.first_bins, digits_text));
   return text;
 }
 

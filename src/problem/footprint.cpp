@@ -95,7 +95,9 @@ Footprint::Footprint(const Extents& extents, const FilterSpec& filter, double cu
   }
 
   const auto zero = std::find_if(taps.begin(), taps.end(), [](const OverlapTap& tap) { return is_zero(tap.offset); });
-  NOISELOOM_CHECK(zero != taps.end());
+  if (zero == taps.end() || !std::isfinite(zero->weight)) {
+    throw UserError("filter", "the taps of its tables are so small or so large that F(0) is zero or infinite");
+  }
   weight_zero_ = zero->weight;
   slices_.push_back({Extents::SliceCoord{}, {}});
   CompensatedSum sum;

@@ -52,6 +52,16 @@ void check_taps(const std::string& file, std::span<const double> taps) {
   if (!std::isfinite(energy)) refuse(file, "the squares of the taps overflow");
 }
 
+// Where taps are folded onto an axis that is shorter, they may add up to nothing, or to nothing but rounding.
+void check_something_is_left(const std::string& file, std::span<const double> taps, const Overlap& overlap) {
+  double zero = 0;  // F(0), the sum of the squares of the folded taps
+  for (const OverlapTap& tap : overlap.taps) zero = tap.offset == Offset{} ? tap.weight : zero;
+  double magnitude = 0;
+  for (const double tap : taps) magnitude += std::abs(tap);
+  if (std::sqrt(zero) > 0x1p-45 * magnitude) return;
+  refuse(file, "the taps cancel each other where they are folded onto the texture, whose axes are shorter");
+}
+
 }  // namespace
 
 Overlap array_overlap(const Extents& extents, const std::vector<int>& axes, const std::vector<std::int64_t>& sizes,
@@ -128,6 +138,7 @@ std::vector<Overlap> table_overlaps(const Extents& extents, const GroupSpec& gro
     for (const int axis : group.axes) refuse_more(std::min(array->shape[0], extents.size(axis)), most_taps_of_line);
     for (const int axis : group.axes) {
       overlaps.push_back(axis_overlap(extents, axis, ring_overlap(taps, extents.size(axis))));
+      check_something_is_left(file, taps, overlaps.back());
     }
     return overlaps;
   }
@@ -142,7 +153,9 @@ std::vector<Overlap> table_overlaps(const Extents& extents, const GroupSpec& gro
     count *= std::min(array->shape[axes.size() - 1 - k], extents.size(axes[k]));
     refuse_more(count, most_taps_of_array);
   }
-  return {array_overlap(extents, axes, {array->shape.rbegin(), array->shape.rend()}, taps)};
+  overlaps.push_back(array_overlap(extents, axes, {array->shape.rbegin(), array->shape.rend()}, taps));
+  check_something_is_left(file, taps, overlaps.back());
+  return overlaps;
 }
 
 }  // namespace noiseloom

@@ -13,9 +13,6 @@
 namespace noiseloom {
 namespace {
 
-const char* const permutation_name = "/state/permutation";
-const char* const pdf_name = "/pdf";
-
 constexpr auto visit_state = [](auto& state, const auto& visit) {
   visit("sweep", state.sweep);
   visit("step", state.step);
@@ -42,13 +39,6 @@ constexpr auto visit_row = [](auto&& row, const auto& visit) {
   visit("relative_error", row.relative_error);
   visit("seconds", row.seconds);
 };
-
-std::vector<SliceDataset> datasets_for(int channels, bool has_pdf) {
-  std::vector<SliceDataset> datasets = {{samples_name, ElementType::float32, channels, true},
-                                        {permutation_name, ElementType::uint32, 1, false}};
-  if (has_pdf) datasets.push_back({pdf_name, ElementType::float32, 1, false});
-  return datasets;
-}
 
 constexpr int most_channels = 8;
 
@@ -152,6 +142,13 @@ std::vector<float> densities(const SampleSource& source, const std::vector<float
 
 }  // namespace
 
+std::vector<SliceDataset> datasets_for(int channels, bool has_pdf) {
+  std::vector<SliceDataset> datasets = {{samples_name, ElementType::float32, channels, true},
+                                        {permutation_name, ElementType::uint32, 1, false}};
+  if (has_pdf) datasets.push_back({pdf_name, ElementType::float32, 1, false});
+  return datasets;
+}
+
 std::string inputs_digest(const RunConfig& config) {
   if (config.written_paths.empty()) return "";
   Digest digest;
@@ -217,6 +214,8 @@ SwapState engine_state(const RunFileContent& content, const std::string& path) {
   stored_algorithm(content, path);
   ContentFaults faults(path);
   faults.require(config.optimizer.method != Method::void_and_cluster, "has no /order, but its /config that method");
+  faults.require(config.optimizer.method != Method::construct,
+                 "has no /state of construction, but its /config that method");
   const bool has_pdf = std::any_of(content.datasets.begin(), content.datasets.end(),
                                    [](const SliceDataset& dataset) { return dataset.name == pdf_name; });
   check_datasets(content, datasets_for(stored_channels(content, config), has_pdf), faults);

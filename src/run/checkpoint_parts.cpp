@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "noiseloom/anneal/swap_optimizer.h"
+#include "noiseloom/construct/slice_construction.h"
 #include "noiseloom/construct/void_and_cluster.h"
 #include "noiseloom/run/checkpoint.h"
 
@@ -18,6 +19,8 @@ const char* method_name(Method method) {
       return "fast";
     case Method::void_and_cluster:
       return "void-and-cluster";
+    case Method::construct:
+      return "construct";
   }
   return "";
 }
@@ -49,6 +52,8 @@ std::int64_t algorithm_of(Method method) {
       return fast_algorithm;
     case Method::void_and_cluster:
       return void_and_cluster_algorithm;
+    case Method::construct:
+      return construct_algorithm;
   }
   return 0;
 }

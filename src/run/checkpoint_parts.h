@@ -27,6 +27,11 @@
 namespace noiseloom {
 
 inline const char* const samples_name = "/samples";
+inline const char* const permutation_name = "/state/permutation";
+inline const char* const pdf_name = "/pdf";
+
+// Of a run whose samples are placed: by swaps, or by construction.
+std::vector<SliceDataset> datasets_for(int channels, bool has_pdf);
 
 // The number of the algorithm that this program has for a method (anneal/swap_optimizer.h,
 // construct/void_and_cluster.h).

@@ -230,7 +230,8 @@ std::string Generation::save() {
 // Before hours are spent: whether a save will find its place.
 void Generation::probe() const {
   communicator_.on_root([&] {
-    const std::uint64_t bytes = run_file_bytes(config_.problem.extents, job_->datasets(), to_toml(config_).size());
+    const std::uint64_t bytes =
+        run_file_bytes(config_.problem.extents, job_->datasets(), to_toml(config_).size() + inputs_bytes(config_));
     for (const std::string& warning : probe_output(request_.output, bytes)) progress_.warn(warning);
   });
 }

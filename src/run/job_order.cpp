@@ -118,11 +118,13 @@ ProgressFigures OrderJob::figures(double run_s, double part_s) {
   ProgressFigures f;
   f.fraction = fraction();
   f.left_s = pace_.left_s(f.fraction, part_s);
-  f.json = fmt::format(
-      "\"phase\": \"{}\", \"swaps\": {}, \"ranked\": {}, \"of\": {}, \"fraction\": {:.4f}, \"picks_per_second\": "
-      "{:.6g}, \"seconds\": {:.3f}",
-      vac_phase_name(progress.phase), progress.num_swaps, progress.num_placed, spec_.extents.num_cells(), f.fraction,
-      rate_, run_s);
+  f.json = {{"phase", std::string(vac_phase_name(progress.phase))},
+            {"swaps", progress.num_swaps},
+            {"ranked", progress.num_placed},
+            {"of", spec_.extents.num_cells()},
+            {"fraction", f.fraction},
+            {"picks_per_second", rate_},
+            {"seconds", run_s}};
   f.bar = fmt::format("{:<5}  {}", vac_phase_name(progress.phase), rate_text(rate_, "picks"));
   f.plain = fmt::format("{}  {:.1f} %  {} swaps, {} of {} pixels placed  {}  {}", vac_phase_name(progress.phase),
                         100 * f.fraction, progress.num_swaps, progress.num_placed, spec_.extents.num_cells(),

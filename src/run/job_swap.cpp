@@ -91,12 +91,14 @@ ProgressFigures SwapJob::figures(double run_s, double part_s) {
   }
   const double candidates = static_cast<double>(optimizer_->candidates_done()) * communicator_->size();
   const double rate = part_s > 0 ? candidates / part_s : 0;
-  f.json = fmt::format(
-      "\"iterations\": {}, \"of\": {}, \"temperature\": {:.6g}, \"acceptance\": {:.6g}, \"relative_error\": {:.8g}, "
-      "\"scored_at\": {}, "
-      "\"candidates_per_second\": {:.6g}, \"seconds\": {:.3f}",
-      optimizer_->iterations(), stop.iterations, sweep.temperature, sweep.acceptance, optimizer_->last_score(),
-      optimizer_->last_score_at_iteration(), rate, run_s);
+  f.json = {{"iterations", optimizer_->iterations()},
+            {"of", stop.iterations},
+            {"temperature", sweep.temperature},
+            {"acceptance", sweep.acceptance},
+            {"relative_error", optimizer_->last_score()},
+            {"scored_at", optimizer_->last_score_at_iteration()},
+            {"candidates_per_second", rate},
+            {"seconds", run_s}};
   const std::string pace = rate_text(rate, "candidates");
   f.bar = fmt::format("{}  accepted {:.1f} %  {}", score_text(), 100 * sweep.acceptance, pace);
   f.plain = fmt::format("iteration {}{}  {} {:.3g}  accepted {:.1f} %  {}  {}  {}", optimizer_->iterations(),
@@ -132,7 +134,14 @@ std::vector<std::pair<std::string, std::string>> SwapJob::summary(double run_s) 
 std::unique_ptr<Job> make_swap_job(const RunConfig& config) { return std::make_unique<SwapJob>(config); }
 
 std::unique_ptr<Job> make_job(const RunConfig& config) {
-  return config.optimizer.method == Method::void_and_cluster ? make_order_job(config) : make_swap_job(config);
+  switch (config.optimizer.method) {
+    case Method::void_and_cluster:
+      return make_order_job(config);
+    case Method::construct:
+      return make_construct_job(config);
+    default:
+      return make_swap_job(config);
+  }
 }
 
 }  // namespace noiseloom

@@ -5,12 +5,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "noiseloom/config/inputs.h"
 #include "noiseloom/files/output_probe.h"
 #include "run/plan_swap.h"
 
 namespace noiseloom {
 
-double PlanMemory::peak() const { return held() + threads + std::max({at_move, at_start, at_score, at_save}); }
+// What threads work with is first touched when slices move.
+double PlanMemory::peak() const {
+  return held() + std::max(at_start, threads + std::max({at_move, at_score, at_save}));
+}
 
 RunPlan plan_run(const RunConfig& config, const PlanRequest& request) {
   std::vector<Fault> faults;
@@ -22,8 +26,14 @@ RunPlan plan_run(const RunConfig& config, const PlanRequest& request) {
   at_least_one("--threads", request.threads, 1);
   at_least_one("--ranks-per-node", request.ranks_per_node, 0);
   throw_if_any(std::move(faults));
-  return config.optimizer.method == Method::void_and_cluster ? plan_order(config, request)
-                                                             : plan_swaps(config, request);
+  switch (config.optimizer.method) {
+    case Method::void_and_cluster:
+      return plan_order(config, request);
+    case Method::construct:
+      return plan_construct(config, request);
+    default:
+      return plan_swaps(config, request);
+  }
 }
 
 RunPlan plan_basis(const RunConfig& config, const PlanRequest& request) {
@@ -50,7 +60,8 @@ std::vector<int> ranks_to_look_at(int ranks) {
 }
 
 void add_file_sizes(const RunConfig& config, const std::vector<SliceDataset>& datasets, RunPlan& plan) {
-  const std::uint64_t file = run_file_bytes(config.problem.extents, datasets, to_toml(config).size());
+  const std::uint64_t file =
+      run_file_bytes(config.problem.extents, datasets, to_toml(config).size() + inputs_bytes(config));
   plan.run_file_bytes = static_cast<double>(file);
   plan.disk_bytes = static_cast<double>(bytes_needed(file));
 }

@@ -88,9 +88,11 @@ PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, cons
   memory.at_score = held * values;
   const double lists = threads * (values + ids);
   const double samples = as_double(num_slices) * cells;
-  // All samples of the texture, the list of a slice, and what a vector that grows keeps in reserve.
+  // All samples of the texture in double and the list of a slice; or the blocks of a task, and what a vector that grows
+  // keeps in reserve.
   const bool sorts_all = sizes.scalar && samples <= 0x1p26 && rank.rank == 0;
-  const double mean = sorts_all ? 12 * samples : threads * 3 * std::max(values, std::min(samples, 0x1p20) * 4);
+  const double tasks = std::min<double>(request.threads, std::ceil(as_double(sizes.mean_tasks) / request.ranks));
+  const double mean = sorts_all ? 8 * samples + values : tasks * 2.25 * std::max(values, std::min(samples, 0x1p20) * 4);
   const double resumed = held * ids + own * values;
   memory.at_start = std::max({lists, mean, memory.at_score, resumed,
                               tap_bytes_while_built * as_double(scored.num_taps) - memory.texture - memory.halo,
@@ -111,6 +113,27 @@ PlanMemory order_memory(const VacSpec& spec, double kernel_taps, const PlanReque
   memory.filter = 16 * kernel_taps;
   memory.threads = own * 3.5;  // bounds of the search, candidates
   memory.at_save = cells * (4 + 2 * order);
+  return memory;
+}
+
+PlanMemory construct_memory(const Extents& extents, const FilterOutline& overlap, bool has_pdf,
+                            const PlanRequest& request, const PlanRank& rank) {
+  const double cells = as_double(extents.cells_per_slice());
+  const double own = as_double(rank.slices);
+  const double held = own + as_double(rank.halo_slices);
+  const double coupled = as_double(overlap.num_coupled_slices()) + 1;
+  const double rows = (2 * as_double(overlap.plane.reach(1)) + 1) * coupled;
+  PlanMemory memory;
+  memory.program = program_bytes(request);
+  memory.texture = own * cells * (4 + 4 + 0.2);  // energies, places, bounds
+  memory.halo = as_double(rank.halo_slices) * cells * 4;
+  memory.filter = tap_bytes * as_double(overlap.num_taps) + coupled_slice_bytes * coupled + rows * (24 + 64);
+  const double samples = as_double(extents.num_cells());
+  const double sorted = samples <= 0x1p26 && rank.rank == 0 ? 12 * samples : 12 * std::min(samples, 0x1p20);
+  memory.at_score = std::max(held * 4 * cells, sorted);
+  // A node of a tree for every tap, while rows are cut.
+  memory.at_start = tap_bytes_while_built * as_double(overlap.num_taps);
+  memory.at_save = cells * (has_pdf ? 16 : 12);
   return memory;
 }
 

@@ -19,7 +19,8 @@ struct SwapSizes {
   bool class_is_coupled;  // slices that move together see one another
   int features = 0;       // the most that the run comes to; 0: slices act through their taps
   int channels = 1;
-  bool scalar = true;  // the mean distance is found by sorting
+  bool scalar = true;           // the mean distance is found by sorting
+  std::int64_t mean_tasks = 1;  // that it is shared out in, among ranks and threads
   bool has_pdf = false;
   std::int64_t visit = 1;   // iterations of a visit
   double file_samples = 0;  // values that a user's file brings
@@ -31,6 +32,10 @@ PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, cons
 
 // Void and cluster.
 PlanMemory order_memory(const VacSpec& spec, double kernel_taps, const PlanRequest& request, const PlanRank& rank);
+
+// Construction.
+PlanMemory construct_memory(const Extents& extents, const FilterOutline& overlap, bool has_pdf,
+                            const PlanRequest& request, const PlanRank& rank);
 
 // The program with MPI and HDF5 before any texture.
 double program_bytes(const PlanRequest& request);

@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "noiseloom/construct/void_and_cluster.h"
+#include "noiseloom/core/decimal.h"
 #include "noiseloom/core/partition.h"
 #include "noiseloom/run/order_checkpoint.h"
 #include "run/plan_memory.h"
@@ -131,7 +132,7 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request) {
   add_file_sizes(config, order_run_datasets(extents), plan);
 
   const Measured measured = measure(spec);
-  const double points = std::floor(spec.density * pixels);
+  const double points = as_double(decimal_of(spec.density).floor_of_times(extents.num_cells()));
   plan.phases = {points, std::round(points * measured.swaps_per_point), measured.size};
   PlanTime& time = plan.time;
   time.stop = "order";

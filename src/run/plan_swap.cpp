@@ -55,7 +55,7 @@ Samples samples_of(const ProblemSpec& problem) {
   bool shared = true;
   if (spec.is_file()) {
     const std::int64_t n = problem.extents.cells_per_slice();
-    const std::vector<std::int64_t> shape = read_npy(spec.file).shape;
+    const std::vector<std::int64_t> shape = read_npy_shape(spec.file);
     shared = !shape.empty() && shape[0] == n && shape.size() < 3;
     const std::int64_t channels = shape.size() == 3 ? shape[2] : shared && shape.size() == 2 ? shape[1] : 1;
     file_values = 1;
@@ -194,6 +194,9 @@ SwapSizes SwapPlan::sizes() const {
           .features = features,
           .channels = samples_.channels,
           .scalar = samples_.distance == DistanceKind::absolute || samples_.distance == DistanceKind::circle,
+          .mean_tasks =
+              MeanDistance(samples_.distance, samples_.channels, extents_.cells_per_slice(), extents_.num_slices())
+                  .num_tasks(),
           .has_pdf = samples_.has_pdf,
           .visit = plan_.iterations_per_sweep,
           .file_samples = samples_.file_values};

@@ -11,6 +11,7 @@ namespace noiseloom {
 
 RunPlan plan_swaps(const RunConfig& config, const PlanRequest& request);  // anneal and fast
 RunPlan plan_order(const RunConfig& config, const PlanRequest& request);  // void and cluster
+RunPlan plan_construct(const RunConfig& config, const PlanRequest& request);
 
 // What needs no more than the config.
 RunPlan plan_basis(const RunConfig& config, const PlanRequest& request);

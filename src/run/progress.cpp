@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
+#include <limits>
 
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
@@ -57,10 +58,10 @@ void Progress::update(std::size_t num_rows, double part_s, const std::function<P
   if (kind_ == ProgressKind::json ? num_rows == rows_shown_ && !due : !due) return;
   last_shown_s_ = part_s;
   rows_shown_ = num_rows;
-  const ProgressFigures f = figures();
+  ProgressFigures f = figures();
   if (kind_ == ProgressKind::json) {
-    print(
-        fmt::format("{{{}, \"seconds_left\": {}}}\n", f.json, f.left_s < 0 ? "null" : fmt::format("{:.3f}", f.left_s)));
+    f.json.emplace_back("seconds_left", f.left_s < 0 ? std::numeric_limits<double>::quiet_NaN() : f.left_s);
+    print(json_object(f.json) + "\n");
   } else if (kind_ == ProgressKind::bar) {
     print_bar(f);
   } else {
@@ -81,7 +82,7 @@ void Progress::print_bar(const ProgressFigures& f) {
 
 void Progress::print_line(const std::string& line) {
   end();
-  print(kind_ == ProgressKind::json ? fmt::format("{{\"message\": {}}}\n", json_string(line)) : line + "\n");
+  print(kind_ == ProgressKind::json ? json_object({{"message", line}}) + "\n" : line + "\n");
 }
 
 void Progress::say(const std::string& line) {

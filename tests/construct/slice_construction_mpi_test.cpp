@@ -146,6 +146,24 @@ TEST(SliceConstructionRanks, AskForTheSlicesThatTheyHold) {
   }
 }
 
+// A slice that one rank cannot read: all ranks are told, none is left behind.
+TEST(SliceConstructionRanks, AllThrowWhereOneCannotGoOn) {
+  const ConstructProblem problem =
+      construct_problem("lost", {7, 5, 11}, product({group({0, 1}, gauss(1)), group({2}, box(2))}));
+  AloneConstruction alone(problem);
+  alone->advance();
+  SharedConstruction run(problem);
+  const auto read = [&](SliceIndex slice) { return alone->places(slice); };
+  const auto read_all_but_last = [&](SliceIndex slice) {
+    if (slice == 10) throw EnvironmentError("cannot read");
+    return read(slice);
+  };
+  EXPECT_THROW(run->restore(alone->progress(), read_all_but_last), SharedEnvironmentError);
+  run->restore(alone->progress(), read);
+  run.finish();
+  EXPECT_EQ(run.places(), places_of(problem));
+}
+
 TEST(SliceConstructionRanks, SendNothingWhereSlicesAreNotCoupled) {
   const FilterSpec plane = product({group({0, 1}, gauss(1))});
   const FilterSpec weak = product({group({0, 1}, gauss(1)), group({2}, taps({2}, {1, 1e-5}))});  // cut

@@ -178,5 +178,12 @@ TEST(StampKernel, NamesOffsetsOfOtherSlicesOnlyWhereWeightsAreLeft) {
   EXPECT_EQ(StampKernel(Extents({7, 5, 3}), weak, 1).stamps().size(), 1U);
 }
 
+TEST(StampKernel, MayReachSlicesThatTheOverlapDoesNot) {
+  const Extents extents({11, 5, 7});
+  EXPECT_FALSE(Footprint(extents, planes_that_cancel()).couples_slices());
+  EXPECT_EQ(StampKernel(extents, planes_that_cancel(), 1).stamps().size(), 1U);
+  EXPECT_EQ(StampKernel(extents, planes_that_cancel(), 1.4).stamps().size(), 3U);
+}
+
 }  // namespace
 }  // namespace noiseloom

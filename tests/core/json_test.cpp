@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "noiseloom/core/error.h"
@@ -23,6 +24,16 @@ TEST(Json, RefusesWhatIsCutShort) {
   for (const char* const text :
        {"", "{", "{\"a\"", "{\"a\": \"b", "{\"a\": 1", "[1]", "{\"a\" 1}", "{\"a\": \"\\u00zz\"}"})
     EXPECT_THROW(parse_json_object(text, "test"), UserError) << text;
+}
+
+TEST(Json, WritesObjectsThatItReads) {
+  EXPECT_EQ(json_object({}), "{}");
+  const std::string text =
+      json_object({{"count", std::int64_t{-7}}, {"x", 0.5}, {"none", std::nan("")}, {"a \"b\"", "\n"}});
+  EXPECT_EQ(text, "{\"count\": -7, \"x\": 0.5, \"none\": null, \"a \\\"b\\\"\": \"\\n\"}");
+  const auto members = parse_json_object(text, "test");
+  EXPECT_EQ(members.at("count"), "-7");
+  EXPECT_EQ(members.at("a \"b\""), "\n");
 }
 
 TEST(Json, WritesNumbersThatReadBackExactly) {

@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "noiseloom/core/quantity_text.h"
+
 namespace noiseloom {
 namespace {
 
@@ -16,6 +18,17 @@ TEST(NumberText, IsTheShortestThatReadsBackAndIsNoInteger) {
   EXPECT_EQ(number_text(9007199254740993.0), "9007199254740992.0");
   EXPECT_EQ(number_text(std::numeric_limits<double>::infinity()), "inf");
   EXPECT_EQ(number_text(std::numeric_limits<double>::quiet_NaN()), "nan");
+}
+
+TEST(DigitsText, HasThreeDigitsAndNoExponent) {
+  EXPECT_EQ(digits_text(0.001), "0.00100");
+  EXPECT_EQ(digits_text(0.00043219), "0.000432");
+  EXPECT_EQ(digits_text(4.3219e-7), "0.000000432");
+  EXPECT_EQ(digits_text(1), "1.00");
+  EXPECT_EQ(digits_text(-12.345), "-12.3");
+  EXPECT_EQ(digits_text(1234567), "1234567");
+  EXPECT_EQ(digits_text(0), "0");
+  EXPECT_EQ(digits_text(std::numeric_limits<double>::infinity()), "inf");
 }
 
 TEST(Shortened, CutsBetweenCharacters) {

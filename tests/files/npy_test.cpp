@@ -170,8 +170,11 @@ TEST(Npy, PutsFortranOrderIntoCOrder) {
 
 TEST(Npy, TellsTheShapeAlone) {
   const std::string path = temporary("shape.npy");
-  write_bytes(path, npy_file(dict("<f4", "(7, 5, 3)"), ""));  // no values at all
+  write_bytes(path, npy_file(dict("<f4", "(7, 5, 3)"), std::string(4 * 7 * 5 * 3, '\0')));
   EXPECT_EQ(read_npy_shape(path), (std::vector<std::int64_t>{7, 5, 3}));
+  // Of a file that is too short it is not told, whatever the header says.
+  write_bytes(path, npy_file(dict("<f4", "(7, 5, 3)"), std::string(4 * 7 * 5, '\0')));
+  EXPECT_THROW(read_npy_shape(path), UserError);
   write_bytes(path, npy_file(dict("<U8", "(7, 5, 3)"), ""));
   EXPECT_THROW(read_npy_shape(path), UserError);
 }

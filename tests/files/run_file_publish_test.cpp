@@ -197,6 +197,19 @@ TEST_F(RunFilePublish, RestoringPutsTheDamagedGenerationAside) {
   EXPECT_THAT(folder_.names(), Contains("run.h5.damaged"));
 }
 
+TEST_F(RunFilePublish, DamagedGenerationsOfBeforeStayWhatTheyAre) {
+  for (const char* damaged : {"first", "second", "third"}) {
+    write(posix_file_ops(), 0);
+    write(posix_file_ops(), 1);
+    write_bytes(path_, damaged);
+    restore_previous_generation(posix_file_ops(), path_);
+    EXPECT_EQ(generation_at(path_), 0);
+  }
+  EXPECT_EQ(read_bytes(path_ + ".damaged"), "first");
+  EXPECT_EQ(read_bytes(path_ + ".damaged2"), "second");
+  EXPECT_EQ(read_bytes(path_ + ".damaged3"), "third");
+}
+
 TEST_F(RunFilePublish, ThroughASymbolicLinkItsTargetIsWrittenAndTheLinkStays) {
   std::filesystem::create_directory(folder_ / "disk");
   const std::string link = folder_ / "link.h5";

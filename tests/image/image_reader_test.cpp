@@ -152,6 +152,24 @@ TEST(ImageReader, RefusesClaimsThatTheFileCannotHold) {
   }
 }
 
+// What the image library reads past its buffers for.
+TEST(ImageReader, RefusesBmpFilesThatNameWhatTheyDoNotHold) {
+  const TemporaryFolder folder;
+  const auto bmp = [](std::int32_t bits, std::int32_t compression, std::int32_t colours) {
+    return std::string("BM") + little({200, 0, 54}) +
+           little({40, 4, 3, 1 + bits * 65536, compression, 128, 0, 0, colours, 0}) + std::string(146, '\x17');
+  };
+  const std::vector<std::tuple<std::string, std::string, std::string>> files = {
+      {"runs24.bmp", bmp(24, 1, 0), "compressed"}, {"runs8.bmp", bmp(8, 1, 0), "compressed"},
+      {"runs4.bmp", bmp(4, 2, 0), "compressed"},   {"fields.bmp", bmp(32, 3, 0), "compressed"},
+      {"short8.bmp", bmp(8, 0, 3), "palette"},     {"short4.bmp", bmp(4, 0, 15), "palette"},
+      {"long1.bmp", bmp(1, 0, -5), "palette"}};
+  for (const auto& [name, bytes, words] : files) {
+    write_bytes(folder / name, bytes);
+    EXPECT_THAT(user_error_of([&] { ImageReader reader(folder / name); }), HasSubstr(words)) << name;
+  }
+}
+
 TEST(ImageReader, RefusesImagesWithoutPixels) {
   const TemporaryFolder folder;
   const std::vector<std::pair<std::string, std::string>> files = {

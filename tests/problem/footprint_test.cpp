@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <numeric>
 
 #include "noiseloom/files/npy.h"
@@ -350,6 +351,41 @@ TEST(Footprint, RefusesUnusableTablesByNameAndPlace) {
   EXPECT_THAT(refusal(empty.path(), {0}), HasSubstr("all taps are zero"));
   EXPECT_THAT(refusal(plane.path(), {0, 1, 2}), HasSubstr("2 dimensions; a group of 3 axes takes 1 or 3"));
   EXPECT_THAT(refusal(plane.path() + ".missing", {0}), HasSubstr(plane.path() + ".missing"));
+}
+
+FilterSpec known_taps(const std::vector<int>& axes, const std::vector<double>& taps) {
+  FilterSpec filter = product({});
+  for (const int axis : axes) {
+    filter.groups.push_back(group({axis}, table("known.npy")));
+    const InputArray array{{static_cast<std::int64_t>(taps.size())}, taps};
+    filter.groups.back().kernel.array = std::make_shared<InputArray>(array);
+  }
+  return filter;
+}
+
+TEST(Footprint, RefusesTablesThatCancelWhereTheyAreFolded) {
+  using testing::HasSubstr;
+  const TableFile difference("difference", {2}, {1, -1});
+  const TableFile waves("waves", {2, 2}, {1, -1, -1, 1});
+  EXPECT_EQ(refusal(difference.path(), {1}, Extents({1, 2})), "accepted");
+  EXPECT_EQ(refusal(waves.path(), {0, 1}, Extents({2, 2})), "accepted");
+  const auto says = [](const TableFile& file) {
+    return testing::AllOf(HasSubstr(file.path()), HasSubstr("cancel each other"));
+  };
+  EXPECT_THAT(refusal(difference.path(), {0}, Extents({1, 2})), says(difference));
+  EXPECT_THAT(refusal(waves.path(), {0, 1}, Extents({1, 2})), says(waves));
+  const std::vector<double> all_but_rounding = {0.1, 0.2, -0.3};
+  EXPECT_NO_THROW(Footprint(Extents({2, 1}), known_taps({0}, all_but_rounding)));
+  EXPECT_THROW(Footprint(Extents({1, 2}), known_taps({0}, all_but_rounding)), UserError);
+}
+
+TEST(Footprint, RefusesProductsThatAreNoNumbers) {
+  const Extents extents({5, 7});
+  for (const double tap : {1e-70, 1e70}) EXPECT_NO_THROW(Footprint(extents, known_taps({0, 1}, {tap, tap})));
+  for (const double tap : {1e-100, 1e100}) {
+    EXPECT_NO_THROW(Footprint(extents, known_taps({0}, {tap, tap})));
+    EXPECT_THROW(Footprint(extents, known_taps({0, 1}, {tap, tap})), UserError);
+  }
 }
 
 // What takes squared time is refused by name; taps that fold onto a short axis do not count.

@@ -59,6 +59,9 @@ class Accuracy(ProgramTest):
         self.assertGreaterEqual(len(rows), 2)
         page = (self.folder / "out" / "report.html").read_text()
         self.assertNotIn("<script", page)
+        version = self.run_program("--version").stdout.split()[-1]
+        self.assertIn(f"noiseloom {version}", page)
+        self.assertIn("noiseloom accuracy run.toml -o out --budget 10m --keep --threads 1", page)
         self.assertNotIn("http", page.replace("http://www.w3.org/2000/svg", ""))
         names = [p.name for p in (self.folder / "out" / "runs").iterdir()]
         self.assertEqual(len(names), len(rows))

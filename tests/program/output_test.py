@@ -26,6 +26,11 @@ class Output(ProgramTest):
         super().setUp()
         self.config = self.write("run.toml", CONFIG)
 
+    def test_a_run_alone_needs_no_folder_of_the_machine(self):
+        """Nothing is made in the folder for temporary files, where many runs at once would be in each other's way."""
+        blocked = self.write("no-folder", "")
+        self.generate("run.h5", environment={"TMPDIR": str(blocked), "OMPI_MCA_orte_tmpdir_base": str(blocked)})
+
     def generate(self, output, *more, **options):
         return self.run_program("generate", self.config, "-o", output, "--progress", "plain", *more, **options)
 

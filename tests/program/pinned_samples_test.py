@@ -21,6 +21,7 @@ from support import PLAIN_CPU, ProgramTest, main
 
 ANNEAL = 'optimizer.stop = { iterations = 60 }\n'
 FAST = 'optimizer.method = "fast"\noptimizer.stop = { iterations = 16 }\n'
+CONSTRUCT = 'optimizer.method = "construct"\n'
 ORDER = 'optimizer.method = "void-and-cluster"\n'
 
 BOX_EMA = 'filter.groups = [{ axes = "xy", kernel = "box", size = 3 }, { axes = "t", kernel = "ema", alpha = 0.1 }]\n'
@@ -125,6 +126,23 @@ CONFIGS = {
     "order over one group of three axes":
         'texture.size = { x = 11, y = 13, t = 7 }\n'
         'filter.groups = [{ axes = "xyt", kernel = "gauss-energy", sigma = 1.5 }]\n' + ORDER,
+    # Construction: every kernel, product and sum, slice axes, samples.
+    "construct, uniform, gauss x ema":
+        'texture.size = { x = 33, y = 29, t = 9 }\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss", sigma = 1.0 },\n'
+        '                 { axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.1 }]\n' + CONSTRUCT,
+    "construct, tent, box in one slice":
+        'texture.size = { x = 67, y = 64 }\ntexture.samples = "tent"\n'
+        'filter.groups = [{ axes = "xy", kernel = "box", size = 5 }]\n' + CONSTRUCT,
+    "construct, gauss, sum over two slice axes, other seed":
+        'texture.size = { x = 17, y = 13, z = 3, w = 5 }\ntexture.samples = "gauss"\ntexture.seed = 5\n'
+        'filter.combine = "sum"\n'
+        'filter.groups = [{ axes = "xy", kernel = "binomial", n = 3 }, { axes = "zw", kernel = "gauss-energy", sigma = 1.0 }]\n'
+        + CONSTRUCT + 'optimizer.density = 0.1\n',
+    "construct, a list, table, given sharpness":
+        'texture.size = { x = 8, y = 5, t = 4 }\ntexture.samples = { file = "scalars.npy" }\n'
+        'filter.groups = [{ axes = "xy", kernel = "table", file = "taps-4.npy" }, { axes = "t", kernel = "box", size = 2 }]\n'
+        + CONSTRUCT + 'optimizer.sharpness = 1.25\n',
 }
 
 # The number of the algorithm of each method that the checksums below belong to.
@@ -132,6 +150,7 @@ ALGORITHMS = {
     "anneal": 2,  # anneal_algorithm in include/noiseloom/anneal/swap_optimizer.h
     "fast": 2,  # fast_algorithm, there too
     "void-and-cluster": 1,  # void_and_cluster_algorithm in include/noiseloom/construct/void_and_cluster.h
+    "construct": 1,  # construct_algorithm in include/noiseloom/construct/slice_construction.h
 }
 
 # What they gave: name, combined checksum of /samples, and of /order where there is one.
@@ -165,6 +184,11 @@ CHECKSUMS = {
     "order, sum over one slice axis, bits, equal slices": ("09c9bc0a62762dbf", "eacd2f2e68f1c00a",),
     "order over two slice axes, bounded, other density": ("0473bd13bfcacc5d", "204e2af5001936e6",),
     "order over one group of three axes": ("e7df68b4845c18a7", "a5e3e95f34328408",),
+
+    "construct, uniform, gauss x ema": ("3213c3850644ae2e",),
+    "construct, tent, box in one slice": ("cdb79120bf909ee9",),
+    "construct, gauss, sum over two slice axes, other seed": ("c7524501ea97233e",),
+    "construct, a list, table, given sharpness": ("ae90f92e8f2f1fcb",),
 }
 
 

@@ -4,6 +4,8 @@ import json
 import resource
 import subprocess
 
+import numpy
+
 from support import ProgramTest, main
 
 CONFIG = """
@@ -54,6 +56,34 @@ class Plan(ProgramTest):
         found = (self.folder / "run.h5").stat().st_size
         self.assertGreaterEqual(planned, found)
         self.assertLess(planned, 10 * found)
+
+    def test_size_of_a_run_file_with_what_it_was_made_from(self):
+        numpy.save(self.folder / "lists.npy", numpy.random.default_rng(1).random((6, 128 * 128)).astype("f4"))
+        size = ("--set", "texture.size={x=128,y=128,t=6}", "--set", 'texture.samples={file="lists.npy"}',
+                "--set", "optimizer.stop.iterations=1")
+        self.run_program("generate", self.config, "-o", "run.h5", "--progress", "none", *size)
+        planned = self.plan(*size)["disk"]["run_file_bytes"]
+        found = (self.folder / "run.h5").stat().st_size
+        self.assertGreaterEqual(planned, found)
+        self.assertLess(planned, 1.5 * found)
+
+    def test_of_a_large_list_the_header_is_read_alone(self):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        cells = 16384 * 16384
+        with open(self.folder / "large.npy", "wb") as file:  # a gigabyte of zeros that takes no place
+            numpy.lib.format.write_array_header_1_0(file, {"descr": "<f4", "fortran_order": False, "shape": (cells,)})
+            file.truncate(file.tell() + 4 * cells)
+        large = ("--set", "texture.size={x=16384,y=16384}", "--set", 'texture.samples={file="large.npy"}',
+                 "--set", 'filter.groups=[{axes="xy",kernel="gauss",sigma=1.0}]')
+        plan = self.plan(*large)
+        self.assertGreater(plan["disk"]["run_file_bytes"], 12 * cells)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        self.assertLess(after.ru_utime - before.ru_utime, 5)
+        self.assertLess(after.ru_maxrss, 600 * 1024)
+        with open(self.folder / "large.npy", "r+b") as file:
+            file.truncate(cells)
+        refused = self.run_program("plan", self.config, *large, expect=2)
+        self.assertIn("large.npy: shape (268435456,) needs 1073741824 bytes", refused.stderr)
 
     def test_huge_textures_cost_nothing_to_plan(self):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -161,6 +161,25 @@ class RunFileContents(ProgramTest):
             with self.subTest(changes=changes):
                 self.refuse(config, "done.h5", changes, words)
 
+    def test_provenance_goes_on_where_it_makes_sense(self):
+        config = self.write("run.toml", SWAPS)
+        self.run_program("generate", config, "-o", "begun.h5", "--progress", "none", "--time-limit", "0.000001s", expect=75)
+
+        def resumed(*changes, expect=0):
+            self.rewrite("begun.h5", "changed.h5", *changes)
+            return self.run_program("generate", config, "-o", "changed.h5", "--resume", "--progress", "none", expect=expect)
+
+        resumed("provenance.seconds_total=5000", "provenance.parts=7")
+        provenance = self.info("changed.h5")["provenance"]
+        self.assertEqual(provenance["parts"], 8)
+        self.assertGreater(provenance["seconds_total"], 5000)
+        # What a person alone reads begins anew where it makes no sense; what the schedule may follow is refused.
+        for parts in ("parts=-3", "parts=9223372036854775807", "parts:text=many"):
+            resumed("provenance." + parts)
+            self.assertEqual(self.info("changed.h5")["provenance"]["parts"], 1)
+        for seconds in ("seconds_total=-1", "seconds_total=nan", "seconds_total=inf", "seconds_total:text=long"):
+            self.assertIn("changed.h5: /provenance: seconds_total", resumed("provenance." + seconds, expect=2).stderr)
+
     def test_what_is_rewritten_without_changes_is_good(self):
         for text in (SWAPS, ORDER):
             config = self.write("run.toml", text)

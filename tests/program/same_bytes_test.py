@@ -55,6 +55,8 @@ bits     = 6
 equalize = "slice"
 """
 
+CONSTRUCT = PRODUCT.replace("hemisphere-cosine", "gauss").replace("stop = { iterations = 40 }", 'method = "construct"')
+
 FAST = PRODUCT.replace("[optimizer]", '[optimizer]\nmethod = "fast"').replace("hemisphere-cosine", "gauss")
 
 
@@ -65,7 +67,7 @@ class SameBytes(ProgramTest):
 
     def test_ranks_threads_and_processors(self):
         for name, text in (("product", PRODUCT), ("sum", SUM), ("tiles", TILES), ("fast", FAST),
-                           ("void and cluster", VOID_AND_CLUSTER)):
+                           ("void and cluster", VOID_AND_CLUSTER), ("construct", CONSTRUCT)):
             with self.subTest(name):
                 config = self.write(name.replace(" ", "-") + ".toml", text)
                 expected = self.checksum(config, "--threads", 1)

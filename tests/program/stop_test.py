@@ -173,6 +173,17 @@ class Stop(ProgramTest):
         self.run_program("generate", self.config, "-o", "out.h5", "--checkpoint-every", "0.001s", "--quiet")
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["out.h5", "run.toml"])
 
+    def test_a_file_of_somebody_else_at_the_name_of_the_generation_before(self):
+        self.run_program("generate", self.config, "-o", "out.h5", "--quiet")
+        foreign = self.write("out.h5.prev", "a letter\n")
+        done = self.run_program("generate", self.config, "-o", "out.h5", "--resume")
+        self.assertIn("out.h5.prev: is no generation of this run file, and is left as it is", done.stderr)
+        self.assertEqual(foreign.read_text(), "a letter\n")
+        # A run that would have to replace it does not begin.
+        done = self.run_program("generate", self.config, "-o", "out.h5", "--overwrite", expect=2)
+        self.assertIn("out.h5.prev", done.stderr)
+        self.assertEqual(foreign.read_text(), "a letter\n")
+
     def test_only_the_generation_before_is_left(self):
         self.run_program("generate", self.config, "-o", "out.h5", "--time-limit", "0.001s", expect=75)
         (self.folder / "out.h5").rename(self.folder / "out.h5.prev")

@@ -171,6 +171,13 @@ TEST(Plan, OfAnOrderCountsItsPhases) {
   EXPECT_EQ(plan.idle_ranks, 1);
 }
 
+// 0.29 x 100 is 28.999999999999996 in double: the run counts in decimals, and the plan as the run does.
+TEST(Plan, OfAnOrderCountsTheSameStartPoints) {
+  const RunConfig config = config_of("x = 10, y = 10", {R"({ axes = "xy", kernel = "gauss-energy", sigma = 1.0 })"},
+                                     "sum", {"optimizer={method=\"void-and-cluster\",density=0.29}"});
+  EXPECT_EQ(plan_run(config, {}).phases.points, 29);
+}
+
 TEST(Plan, RefusesAllThatMakesNoSenseAtOnce) {
   try {
     plan_run(config_of("x = 8, y = 8", {gauss_xy}), {.ranks = 0, .threads = -1, .ranks_per_node = -2});

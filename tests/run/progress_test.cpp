@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "noiseloom/core/error.h"
 
@@ -29,7 +30,7 @@ std::string printed(ProgressKind kind, const Body& body) {
   return text;
 }
 
-ProgressFigures half_way() { return {0.5, "of the bar", "half way", "\"half\": 1", 90}; }
+ProgressFigures half_way() { return {0.5, "of the bar", "half way", {{"half", std::int64_t{1}}}, 90}; }
 
 TEST(Progress, EachKindSaysWhatItPromises) {
   const auto all = [](Progress& progress) {
@@ -41,11 +42,22 @@ TEST(Progress, EachKindSaysWhatItPromises) {
   EXPECT_EQ(printed(ProgressKind::plain, all),
             "half way, 1 min 30 s left (by the pace so far)\nsaid\nWARNING: warned\nconcluded\n");
   EXPECT_EQ(printed(ProgressKind::json, all),
-            "{\"half\": 1, \"seconds_left\": 90.000}\n{\"message\": \"said\"}\n{\"message\": \"WARNING: warned\"}\n"
+            "{\"half\": 1, \"seconds_left\": 90}\n{\"message\": \"said\"}\n{\"message\": \"WARNING: warned\"}\n"
             "{\"message\": \"concluded\"}\n");
   EXPECT_EQ(printed(ProgressKind::none, all), "WARNING: warned\nconcluded\n");
   EXPECT_EQ(printed(ProgressKind::quiet, all), "WARNING: warned\n");
   EXPECT_EQ(printed(ProgressKind::silent, all), "");
+}
+
+TEST(Progress, JsonHasNoNumberThatIsNone) {
+  const auto without_numbers = [](Progress& progress) {
+    progress.update(1, 0, [] {
+      const double none = std::numeric_limits<double>::quiet_NaN();
+      const double endless = std::numeric_limits<double>::infinity();
+      return ProgressFigures{0.5, "", "", {{"rate", endless}, {"R", none}}, endless};
+    });
+  };
+  EXPECT_EQ(printed(ProgressKind::json, without_numbers), "{\"rate\": null, \"R\": null, \"seconds_left\": null}\n");
 }
 
 TEST(Progress, ALineClosesTheBarFirst) {

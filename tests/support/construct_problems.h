@@ -57,6 +57,13 @@ inline KernelSpec joint_taps() {
   return taps({3, 2, 3}, {0.5, 1, -0.25, 1, 0.75, 0, 0.25, -0.5, 1, 0, 0.5, 0.25, 0.125, 0, 0, 0.5, -0.125, 0.25});
 }
 
+// A sum whose overlap is zero between neighbouring slices, where its sharpened planes are not: 2 and 1, 1 at dx = 0,
+// -1, 1 of the first group against -2, -1 and -1 of the others.
+inline FilterSpec planes_that_cancel() {
+  return sum({group({0, 2}, taps({2, 2}, {1, 1, 1, 1}), 0.25), group({0, 2}, taps({2, 2}, {1, 0, 0, -1}), 0.25),
+              group({0, 2}, taps({2, 2}, {0, 1, -1, 0}), 0.25), group({0, 2}, taps({2, 2}, {1, 0, -2, 0}), 0.25)});
+}
+
 // Every kind of kernel and combination, with none to three slice axes.
 inline std::vector<ConstructProblem> construct_problems() {
   const auto xy = [](const KernelSpec& kernel) { return group({0, 1}, kernel); };
@@ -89,6 +96,7 @@ inline std::vector<ConstructProblem> construct_problems() {
       construct_problem("negative taps plus taps", {9, 7, 7},
                         sum({half(xy(taps_with_negative_ones())), half(t(taps_with_negative_ones()))})),
       construct_problem("joint table", {9, 8, 7}, product({group({0, 1, 2}, joint_taps())})),
+      construct_problem("planes that cancel", {11, 5, 7}, planes_that_cancel()),
       construct_problem("two slice axes", {7, 5, 3, 4}, product({xy(box(3)), t(ema(0.2, 0.1)), z(gauss(0.7))})),
       construct_problem("an axis that nothing names", {5, 7, 3, 4}, product({xy(gauss(1)), z(ema(0.1, 0.1))})),
       construct_problem("three slice axes", {5, 3, 3, 2, 4},

@@ -34,7 +34,9 @@ class FakeJob final : public Job {
   bool is_coupled() const override { return false; }
   std::string position() const override { return fmt::format("step {}", steps_); }
   std::size_t num_rows() const override { return static_cast<std::size_t>(steps_); }
-  ProgressFigures figures(double, double) override { return {0.5, "bar", position(), "\"steps\": 1", -1}; }
+  ProgressFigures figures(double, double) override {
+    return {0.5, "bar", position(), {{"steps", std::int64_t{1}}}, -1};
+  }
   std::vector<std::pair<std::string, std::string>> summary(double) override { return {}; }
 
   int steps() const { return steps_; }

@@ -2,6 +2,7 @@
 // programs do with files that something else has written.
 //
 //   state.step=1000            an attribute of /state, in the type that it has
+//   provenance.parts=7         likewise of /provenance
 //   state.finished:text=x      the same as text, :number= as a double
 //   state.inputs:digest=A,B    the XXH64 of the bytes of files
 //   history.sweep[1]=5         a value of a column
@@ -15,6 +16,7 @@
 #include <cstring>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <span>
 #include <sstream>
 
@@ -79,7 +81,8 @@ class Rewriter {
     const std::size_t equals = change.find('=');
     const std::string key = change.substr(0, equals);
     const std::string value = change.substr(equals + 1);
-    if (key.starts_with("state.")) return set_state(key.substr(6), value);
+    if (key.starts_with("state.")) return set_attribute(content_.state, key.substr(6), value);
+    if (key.starts_with("provenance.")) return set_attribute(content_.provenance, key.substr(11), value);
     if (key.starts_with("history.")) return set_history(Place(key.substr(8)), std::stod(value));
     if (key.starts_with("inputs.")) return set_input(key.substr(7), value);
     if (key == "extents") return set_extents(value);
@@ -121,9 +124,10 @@ class Rewriter {
     }
   }
 
-  void set_state(const std::string& key, const std::string& value) {
+  static void set_attribute(std::map<std::string, Attribute>& attributes, const std::string& key,
+                            const std::string& value) {
     const std::string name = key.substr(0, key.find(':'));
-    Attribute& attribute = content_.state[name];
+    Attribute& attribute = attributes[name];
     if (key.ends_with(":text")) attribute = std::string();
     if (key.ends_with(":number")) attribute = 0.0;
     if (key.ends_with(":digest")) {

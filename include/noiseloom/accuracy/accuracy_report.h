@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "noiseloom/accuracy/accuracy_table.h"
+#include "noiseloom/report/report.h"
 
 namespace noiseloom {
 
@@ -16,6 +17,7 @@ struct AccuracyStudy {
   double budget_s = 0;
   double spent_s = 0;
   std::string state;  // "complete", or why it is not, as a sentence without full stop
+  ReportOrigin origin = {};
 };
 
 // Self-contained HTML.

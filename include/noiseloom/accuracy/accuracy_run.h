@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "noiseloom/core/error.h"
+#include "noiseloom/report/report.h"
 
 namespace noiseloom {
 
@@ -28,6 +29,7 @@ struct AccuracyOptions {
   bool resume = false;
   bool overwrite = false;
   bool keep = false;
+  ReportOrigin origin = {};  // what the page says of itself
 };
 
 enum class AccuracyEnd { complete, stopped };

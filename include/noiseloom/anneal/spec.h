@@ -6,7 +6,7 @@
 
 namespace noiseloom {
 
-enum class Method { anneal, fast, void_and_cluster };
+enum class Method { anneal, fast, void_and_cluster, construct };
 enum class Precision { float32, float64 };
 
 // Exactly one rule is set; the others are zero.

@@ -17,7 +17,8 @@ namespace noiseloom {
 struct RunConfig {
   ProblemSpec problem;
   OptimizerSpec optimizer;
-  OrderSpec order;  // of void and cluster
+  OrderSpec order;          // of void and cluster
+  ConstructSpec construct;  // of construct
   WrittenPaths written_paths;
 };
 

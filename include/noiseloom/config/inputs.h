@@ -3,6 +3,7 @@
 // measures its texture take them from there, whatever has become of the files.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -18,6 +19,10 @@ void read_inputs(RunConfig& config);
 
 // What the config holds of its files, in the order of its keys, for the run file.
 std::vector<RunFileInput> inputs_of(const RunConfig& config);
+
+// How many bytes these take in a run file: of what the config holds, else of what the headers of its files say. Throws
+// UserError as reading them does.
+std::uint64_t inputs_bytes(const RunConfig& config);
 
 // Gives the config what a run file holds of the files that it names; a file is known by the name that the config
 // spells. What the run file does not hold (another name; an older run file) is left as it is. Throws UserError, naming

@@ -70,7 +70,8 @@ class SliceConstruction {
 
   void start();  // *Collective*
   // Goes on from a run of the same arguments. `places(slice)`: of a slice that slices_held() names, as places() gave
-  // them. Requires that progress and places belong together (is_sound). *Collective*
+  // them; what it throws on one rank all throw. Requires that progress and places belong together (is_sound).
+  // *Collective*
   void restore(const ConstructProgress& progress, const std::function<std::vector<std::uint32_t>(SliceIndex)>& places);
   // Own slices, then those that act on them, each ascending.
   std::vector<SliceIndex> slices_held() const;

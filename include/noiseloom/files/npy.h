@@ -24,7 +24,8 @@ struct NpyArray {
 // that is none, too few or too many bytes. NaN and inf are passed on. Nothing is allocated for values that the file is
 // too short to hold.
 NpyArray read_npy(const std::string& path);
-// The shape alone; throws as read_npy does for what the header says wrong.
+// The shape alone, without the values; throws as read_npy does for what the header says wrong, and for too few or too
+// many bytes.
 std::vector<std::int64_t> read_npy_shape(const std::string& path);
 
 // "(64, 128, 3)", as NumPy writes it.

@@ -10,10 +10,10 @@
 
 namespace noiseloom {
 
-// The size of a run file with these datasets, rounded up; `config_bytes` is the length of its config. A history of some
-// thousand rows is included.
+// The size of a run file with these datasets, rounded up; `other_bytes`: of its config and of what it was made from
+// (/inputs). A history of some thousand rows is included.
 std::uint64_t run_file_bytes(const Extents& extents, const std::vector<SliceDataset>& datasets,
-                             std::size_t config_bytes);
+                             std::uint64_t other_bytes);
 
 // What a run needs on disk when it needs most: at a save there are the new file, PATH and PATH.prev.
 std::uint64_t bytes_needed(std::uint64_t file_bytes);

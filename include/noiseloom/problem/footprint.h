@@ -21,7 +21,7 @@
 //   table                  a .npy file: one dimension, the taps along each axis of the group; or as many dimensions as
 //                          the group has axes, in file order (the last dimension is the first of these axes in the
 //                          texture: [t, y, x] for axes x, y, t, however the group lists them). Any finite taps, not
-//                          all zero.
+//                          all zero, nor cancelling each other where they are folded onto a shorter axis.
 //   gauss_energy           F_g(d) = exp(-r^2 / 2 sigma^2) itself, r over all axes of the group, images on the torus
 //                          added up; left out where that is below 1e-6. F_g(0) = 1 on a wide torus.  [STBN22, eq. 4]
 #pragma once

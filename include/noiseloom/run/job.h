@@ -54,5 +54,6 @@ class Job {
 std::unique_ptr<Job> make_job(const RunConfig& config);
 std::unique_ptr<Job> make_swap_job(const RunConfig& config);
 std::unique_ptr<Job> make_order_job(const RunConfig& config);
+std::unique_ptr<Job> make_construct_job(const RunConfig& config);
 
 }  // namespace noiseloom

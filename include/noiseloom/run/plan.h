@@ -79,8 +79,8 @@ struct PlanTime {
   double saves = 0;
   double spread = 1.5;
   std::int64_t iterations = 0;  // that these seconds are for
-  std::string stop;             // "iterations", "time", "score", "improvement", "order"
-  double candidate_us = 0;      // one candidate (void and cluster: one pick) on one thread
+  std::string stop;             // "iterations", "time", "score", "improvement", "order", "construction"
+  double candidate_us = 0;      // one candidate (void and cluster, construction: one pick) on one thread
   double score_s = 0;           // one evaluation of R
   std::int64_t num_scores = 0;
 
@@ -126,7 +126,7 @@ struct RunPlan {
 };
 
 // Throws UserError for what the config names and cannot be used, and where the request makes no sense. MPI need not be
-// initialised, but for void and cluster, whose program runs on a communicator.
+// initialised, but for void and cluster and construction, which are tried on a communicator.
 RunPlan plan_run(const RunConfig& config, const PlanRequest& request);
 
 }  // namespace noiseloom

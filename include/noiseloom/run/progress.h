@@ -4,6 +4,9 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+#include <vector>
+
+#include "noiseloom/core/json.h"
 
 namespace noiseloom {
 
@@ -34,8 +37,8 @@ struct ProgressFigures {
   double fraction = 0;  // of the bar
   std::string bar;      // what stands behind it
   std::string plain;
-  std::string json;    // members of an object
-  double left_s = -1;  // negative: not known
+  std::vector<JsonMember> json;  // less what follows
+  double left_s = -1;            // negative: not known
 };
 
 class Progress {

@@ -1,0 +1,184 @@
+// Construction: every slice is filled point by point, and is scored when it is full.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+
+#include "noiseloom/anneal/texture_score.h"
+#include "noiseloom/construct/sharpness.h"
+#include "noiseloom/core/quantity_text.h"
+#include "noiseloom/run/checkpoint.h"
+#include "noiseloom/run/construct_checkpoint.h"
+#include "noiseloom/run/job.h"
+#include "run/memory_words.h"
+
+namespace noiseloom {
+namespace {
+
+// What steps are fitted to: safe points that no signal waits long for.
+constexpr double step_s = 0.4;
+
+class ConstructJob : public Job {
+ public:
+  explicit ConstructJob(const RunConfig& config)
+      : config_(config),
+        source_(config.problem.samples, config.problem.extents.cells_per_slice(), config.problem.extents.num_slices(),
+                config.problem.seed),
+        overlap_(config.problem.extents, config.problem.filter) {
+    if (source_.channels() == 1 && source_.distance() == DistanceKind::absolute) return;
+    throw UserError(
+        config.problem.samples.file,
+        fmt::format("its samples have {} channels; method = \"construct\" takes scalars that are compared by "
+                    "their difference; method = \"anneal\" takes all",
+                    source_.channels()));
+  }
+
+  void prepare(const Communicator& communicator, ThreadPool& pool) override {
+    communicator_ = &communicator;
+    pool_ = &pool;
+    communicator.together([&] {
+      naming_shortage("taking up filter and energies", [&] {
+        spec_ = config_.construct;
+        const ProblemSpec& problem = config_.problem;
+        if (spec_.sharpness == 0) spec_.sharpness = best_sharpness(try_sharpness(problem.extents, problem.filter));
+        run_.emplace(overlap_, problem.filter, spec_, problem.seed, communicator, pool);
+      });
+    });
+  }
+  void start(double run_s) override {
+    run_->start();
+    history_.push_back({.seconds = run_s});
+  }
+  void restore(const RunFileReader* saved) override {
+    const ConstructState state = restore_construct_run(saved, config_, source_, *run_, *communicator_);
+    if (state.sharpness != spec_.sharpness) {
+      throw SharedUserError("", fmt::format("the run was begun with sharpness {}, but this program finds {}: give "
+                                            "optimizer.sharpness = {} to go on",
+                                            state.sharpness, spec_.sharpness, state.sharpness));
+    }
+    history_ = state.history;
+    mean_distance_ = state.mean_distance;
+    relative_error_ = state.relative_error;
+  }
+  void step(double run_s) override;
+  bool finished() const override { return run_->done(); }
+  std::string save(const SaveTarget& target) override {
+    return save_construct_run(posix_file_ops(), target.path, config_, source_, *run_, state(), *communicator_,
+                              target.provenance);
+  }
+
+  std::vector<SliceDataset> datasets() const override { return run_datasets(source_); }
+  std::string start_words() const override {
+    return "drawing the first points and computing the energies of all pixels";
+  }
+
+  std::string title() const override {
+    return fmt::format("{} of {}, construct", config_.problem.extents.to_string(), config_.problem.samples.space);
+  }
+  bool is_coupled() const override { return run_->couples_slices(); }
+  std::string position() const override;
+  std::size_t num_rows() const override { return history_.size(); }
+  ProgressFigures figures(double run_s, double part_s) override;
+  std::vector<std::pair<std::string, std::string>> summary(double run_s) override;
+
+ private:
+  std::int64_t num_ranked() const { return run_->progress().num_placed * config_.problem.extents.num_slices(); }
+  ConstructState state() const {
+    ConstructState now =
+        construct_state_of(run_->progress(), config_.problem.extents.num_slices(), spec_.sharpness, history_);
+    now.mean_distance = mean_distance_;
+    now.relative_error = relative_error_;
+    return now;
+  }
+  void score();
+
+  const RunConfig& config_;
+  SampleSource source_;
+  Footprint overlap_;
+  ConstructSpec spec_;  // with the sharpness that is used
+  const Communicator* communicator_ = nullptr;
+  ThreadPool* pool_ = nullptr;
+  std::optional<SliceConstruction> run_;
+  std::vector<ConstructRow> history_;
+  double mean_distance_ = 0;
+  double relative_error_ = 0;
+  std::int64_t next_rounds_ = 1;
+  double rate_ = 0;  // pixels a second in the last step
+  Pace pace_;
+};
+
+// Only rank 0's clock decides how many rounds the next step takes.
+void ConstructJob::step(double run_s) {
+  const auto begun = std::chrono::steady_clock::now();
+  const auto took_s = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); };
+  const std::int64_t picks_before = run_->picks_done();
+  for (std::int64_t round = 0; round < next_rounds_ && !run_->done(); ++round) {
+    const ConstructProgress before = run_->progress();
+    run_->advance();
+    add_construct_rows(before, run_->progress(), config_.problem.extents, run_s + took_s(), history_);
+  }
+  const double seconds = std::max(took_s(), 1e-9);
+  rate_ = static_cast<double>((run_->picks_done() - picks_before) * communicator_->size()) / seconds;
+  const double fitting = static_cast<double>(next_rounds_) * std::min(4.0, step_s / seconds);
+  next_rounds_ = static_cast<std::int64_t>(communicator_->broadcast(std::max(1.0, fitting)));
+  if (run_->done()) score();
+}
+
+void ConstructJob::score() {
+  mean_distance_ = mean_distance(source_, *communicator_, *pool_);
+  const auto planar = [&](SliceIndex slice) { return samples_of_places(run_->places(slice), source_.list(slice)); };
+  relative_error_ = texture_error(overlap_, source_, mean_distance_, run_->partition(), run_->slices_held(), planar,
+                                  *communicator_, *pool_);
+}
+
+std::string ConstructJob::position() const {
+  const ConstructProgress& progress = run_->progress();
+  if (run_->done()) return fmt::format("the end, R {:.5f}", relative_error_);
+  return fmt::format("phase {}, {} of {} pixels placed", construct_phase_name(progress.phase), num_ranked(),
+                     config_.problem.extents.num_cells());
+}
+
+ProgressFigures ConstructJob::figures(double run_s, double part_s) {
+  const ConstructProgress& progress = run_->progress();
+  const std::int64_t num_cells = config_.problem.extents.num_cells();
+  ProgressFigures f;
+  f.fraction = run_->fraction();
+  f.left_s = pace_.left_s(f.fraction, part_s);
+  f.json = {{"phase", std::string(construct_phase_name(progress.phase))},
+            {"swaps", progress.num_swaps},
+            {"ranked", num_ranked()},
+            {"of", num_cells},
+            {"fraction", f.fraction},
+            {"picks_per_second", rate_},
+            {"seconds", run_s}};
+  f.bar = fmt::format("{:<5}  {}", construct_phase_name(progress.phase), rate_text(rate_, "pixels"));
+  f.plain = fmt::format("{}  {:.1f} %  {} swaps, {} of {} pixels placed  {}  {}", construct_phase_name(progress.phase),
+                        100 * f.fraction, progress.num_swaps, num_ranked(), num_cells, rate_text(rate_, "pixels"),
+                        duration_text(run_s));
+  return f;
+}
+
+std::vector<std::pair<std::string, std::string>> ConstructJob::summary(double run_s) {
+  std::int64_t totals[] = {run_->picks_done(), run_->bytes_sent(), run_->messages_sent()};
+  communicator_->sum(totals);
+  const ConstructProgress& progress = run_->progress();
+  std::vector<std::pair<std::string, std::string>> lines = {
+      {"R", fmt::format("{:.5f}   (white noise 1)", relative_error_)},
+      {"construction", fmt::format("sharpness {:g}{}; {} swaps of {} points in every slice before it", spec_.sharpness,
+                                   config_.construct.sharpness == 0 ? ", found from the filter" : "",
+                                   progress.num_swaps, progress.num_start_points)},
+      {"effort", fmt::format("{} picks in this part, {}", totals[0], duration_text(run_s))}};
+  if (communicator_->size() > 1 && totals[0] > 0) {
+    lines.emplace_back("exchange", fmt::format("{} messages, {:.3g} B a pick between ranks", totals[2],
+                                               static_cast<double>(totals[1]) / static_cast<double>(totals[0])));
+  }
+  return lines;
+}
+
+}  // namespace
+
+std::unique_ptr<Job> make_construct_job(const RunConfig& config) { return std::make_unique<ConstructJob>(config); }
+
+}  // namespace noiseloom

@@ -1,0 +1,84 @@
+"""What `cmake --install` puts in place works there, and can be taken away again."""
+
+import os
+import pathlib
+import re
+import subprocess
+
+from support import SOURCE, ProgramTest, main
+
+BUILD = pathlib.Path(os.environ["NOISELOOM_BUILD_DIR"])
+CMAKE = os.environ["NOISELOOM_CMAKE"]
+
+
+class Install(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.prefix = self.folder / "prefix"
+        manifest = BUILD / "install_manifest.txt"  # of what a user may have installed from this build
+        before = manifest.read_bytes() if manifest.exists() else None
+        self.addCleanup(lambda: manifest.unlink(missing_ok=True) if before is None else manifest.write_bytes(before))
+        subprocess.run([CMAKE, "--install", BUILD, "--prefix", self.prefix], check=True, capture_output=True, timeout=120)
+
+    def complete(self, *words):
+        """What bash proposes for the last of these words."""
+        script = (f'source {self.prefix}/share/bash-completion/completions/noiseloom; COMP_WORDS=("$@"); '
+                  f'COMP_CWORD=$(($# - 1)); _noiseloom {self.prefix}/bin/noiseloom; printf "%s\\n" "${{COMPREPLY[@]}}"')
+        done = subprocess.run(["bash", "-c", script, "bash", "noiseloom", *words], capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        return set(done.stdout.split())
+
+    def commands(self):
+        return set(re.findall(r"^  noiseloom ([a-z]+) ", self.run_program("--help").stdout, re.MULTILINE))
+
+    def options_of(self, command):
+        text = self.run_program(command, "--help").stdout
+        return set(re.findall(r"^  (?:-\w,)?(--[-a-z]+)", text, re.MULTILINE))
+
+    def test_files(self):
+        names = {str(path.relative_to(self.prefix)) for path in self.prefix.rglob("*") if path.is_file()}
+        for name in ("bin/noiseloom", "bin/noiseloom-study", "share/man/man1/noiseloom.1", "share/noiseloom/configs/quick.toml",
+                     "share/noiseloom/slurm/generate.sbatch", "share/doc/noiseloom/LICENSE",
+                     "share/bash-completion/completions/noiseloom"):
+            self.assertIn(name, names)
+        for name in names:
+            if name.startswith("share/noiseloom/configs/"):
+                self.assertTrue(name.endswith(".toml"), name)
+        done = subprocess.run([self.prefix / "bin/noiseloom", "plan", self.prefix / "share/noiseloom/configs/quick.toml"], capture_output=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_manual_page_has_every_command_and_option(self):
+        page = (self.prefix / "share/man/man1/noiseloom.1").read_text()
+        plain = page.replace("\\-", "-").replace("\\&", "").replace("\\e", "\\")
+        for command in self.commands():
+            self.assertIn(f"\n.SS {command}\n", page)
+            self.assertIn(self.run_program(command, "--help").stdout, plain)
+        self.assertIn(self.run_program("--help-config").stdout, plain)
+        requests = {line.split()[0] for line in page.splitlines() if line.startswith((".", "'"))}
+        self.assertEqual(requests, {".TH", ".SH", ".SS", ".nf", ".fi"})
+
+    def test_completion_proposes_what_the_program_knows(self):
+        commands = self.complete("")
+        self.assertLessEqual({"generate", "export", "accuracy"}, self.commands())
+        self.assertEqual(commands, self.commands() | {"--help-config", "--version"})
+        self.assertEqual(self.complete("ex"), {"export"})
+        for command in self.commands():
+            self.assertGreater(len(self.options_of(command)), 1)
+            self.assertEqual(self.complete(command, "--"), self.options_of(command), command)
+        self.assertEqual(self.complete("generate", "--res"), {"--resume"})
+        self.assertEqual(self.complete("generate", "run"), set())  # files, which bash itself proposes
+
+    def test_uninstall_leaves_what_is_somebody_elses(self):
+        other = self.prefix / "share" / "somebody" / "else.txt"
+        other.parent.mkdir()
+        other.write_text("x")
+        command = [CMAKE, f"-DMANIFEST={BUILD / 'install_manifest.txt'}", "-P", SOURCE / "tools" / "uninstall.cmake"]
+        subprocess.run(command, check=True, capture_output=True, timeout=120)
+        self.assertEqual([path for path in self.prefix.rglob("*") if path.is_file()], [other])
+        other.unlink()
+        other.parent.rmdir()
+        subprocess.run(command, check=True, capture_output=True, timeout=120)  # a second time harms nothing
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,21 @@
+# cmake -DMANIFEST=install_manifest.txt -P uninstall.cmake
+# Removes what `cmake --install` has put in place, and the folders that are empty then.
+if(NOT EXISTS ${MANIFEST})
+  message(FATAL_ERROR "${MANIFEST}: there is no such file; nothing was installed from this build")
+endif()
+file(STRINGS ${MANIFEST} files)
+foreach(file IN LISTS files)
+  file(REMOVE "$ENV{DESTDIR}${file}")
+  cmake_path(GET file PARENT_PATH folder)
+  list(APPEND folders "$ENV{DESTDIR}${folder}")
+endforeach()
+# The deepest first; what somebody else put beside a file of ours keeps its folder.
+while(folders)
+  list(POP_BACK folders folder)
+  file(GLOB left LIST_DIRECTORIES true "${folder}/*" "${folder}/.*")
+  if(EXISTS "${folder}" AND NOT left AND NOT folder STREQUAL "$ENV{DESTDIR}/")
+    file(REMOVE_RECURSE "${folder}")
+    cmake_path(GET folder PARENT_PATH parent)
+    list(APPEND folders "${parent}")
+  endif()
+endwhile()
