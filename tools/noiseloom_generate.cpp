@@ -152,7 +152,7 @@ int run_generate(int& argc, char**& argv) {
     return exit_environment;
   } catch (const std::exception& error) {
     // This rank alone: the others wait for it in some exchange.
-    print_error(fmt::format("noiseloom generate: rank {}: {}\n", communicator.rank(), error.what()));
+    print_error(fmt::format("noiseloom generate: rank {}: {}\n", communicator.rank().value(), error.what()));
     if (communicator.size() > 1) communicator.abort(exit_environment);
     return exit_environment;
   }

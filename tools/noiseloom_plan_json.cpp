@@ -73,7 +73,7 @@ std::string memory(const RunPlan& plan) {
       .raw("ranks", list(plan.ranks,
                          [](const PlanRank& rank) {
                            return Object()
-                               .count("rank", rank.rank)
+                               .count("rank", rank.rank.value())
                                .count("slices", rank.slices)
                                .count("halo_slices", rank.halo_slices)
                                .number("bytes", rank.bytes)

@@ -59,7 +59,7 @@ void add_ranks(const RunPlan& plan, Lines& lines) {
     if (k == shown) lines.add("  ...", "");
     if (k >= shown && k + 2 < plan.ranks.size()) continue;
     const PlanRank& rank = plan.ranks[k];
-    lines.add(fmt::format("  rank {:4}", rank.rank).c_str(), " {} slices{}, {}", rank.slices,
+    lines.add(fmt::format("  rank {:4}", rank.rank.value()).c_str(), " {} slices{}, {}", rank.slices,
               plan.method == "void-and-cluster" ? "" : fmt::format(", {} halo slices", rank.halo_slices),
               bytes_text(rank.bytes));
   }

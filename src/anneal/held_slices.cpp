@@ -1,6 +1,5 @@
 #include "anneal/held_slices.h"
 
-#include <numeric>
 #include <utility>
 
 namespace noiseloom {
@@ -16,17 +15,16 @@ std::vector<Extents::SliceCoord> slice_offsets(const Footprint& footprint) {
 
 HeldSlices::HeldSlices(const Footprint& coupling, const FieldLayout& layout, const Communicator& communicator,
                        ThreadPool& pool)
-    : communicator_(communicator),
-      pool_(pool),
+    : pool_(pool),
       layout_(layout),
-      partition_(coupling.extents().num_slices(), communicator.size()),
-      halo_(coupling.extents(), slice_offsets(coupling), partition_, communicator.rank()),
-      exchange_(communicator, halo_, partition_),
+      distribution_(coupling.extents().num_slices(), communicator.size(), communicator.rank()),
+      halo_(coupling.extents(), slice_offsets(coupling), distribution_),
+      exchange_(communicator, halo_, distribution_),
       permutations_(static_cast<std::size_t>(num_own())) {}
 
 std::vector<SliceIndex> HeldSlices::indices() const {
-  std::vector<SliceIndex> slices(static_cast<std::size_t>(num_own()));
-  std::iota(slices.begin(), slices.end(), partition_.begin(communicator_.rank()));
+  const IndexRange<SliceIndex> own = distribution_.own_slices();
+  std::vector<SliceIndex> slices(own.begin(), own.end());
   slices.insert(slices.end(), halo_.needed().begin(), halo_.needed().end());
   return slices;
 }
@@ -39,13 +37,13 @@ void HeldSlices::fill(const SampleSource& source,
     const SliceIndex slice = slices[static_cast<std::size_t>(index)];
     std::vector<std::uint32_t> ids = permutation_of(slice);
     fields_.at(slice).fill(ids, source.list(slice));
-    if (owns(slice)) permutations_[own_index(slice)] = std::move(ids);
+    if (owns(slice)) permutations_[distribution_.local_slice_from_global(slice)] = std::move(ids);
   });
 }
 
 void HeldSlices::carry_out(SliceIndex slice, std::span<const Swap> swaps) {
   SliceField& field = fields_.at(slice);
-  std::vector<std::uint32_t>& ids = permutations_[own_index(slice)];
+  std::vector<std::uint32_t>& ids = permutations_[distribution_.local_slice_from_global(slice)];
   for (const Swap& swap : swaps) {
     field.swap(swap.a, swap.b);
     std::swap(ids[swap.a], ids[swap.b]);

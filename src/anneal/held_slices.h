@@ -25,11 +25,11 @@ class HeldSlices {
   // `coupling`: which slices act on each other. `layout`: of every field. The arguments must outlive the object.
   HeldSlices(const Footprint& coupling, const FieldLayout& layout, const Communicator& communicator, ThreadPool& pool);
 
-  const Partition& partition() const { return partition_; }
+  const Distribution& distribution() const { return distribution_; }
   const HaloPlan& halo() const { return halo_; }
   const HaloExchange& exchange() const { return exchange_; }
-  SliceIndex num_own() const { return partition_.count(communicator_.rank()); }
-  bool owns(SliceIndex slice) const { return partition_.owner(slice) == communicator_.rank(); }
+  SliceIndex num_own() const { return distribution_.num_own(); }
+  bool owns(SliceIndex slice) const { return distribution_.owns(slice); }
   // Whether another rank holds a copy of an own slice.
   bool is_copied(SliceIndex slice) const { return !halo_.listeners(slice).empty(); }
   // Own slices, then the others, each ascending.
@@ -41,7 +41,9 @@ class HeldSlices {
   FieldOf fields() const {
     return [this](SliceIndex slice) -> const SliceField& { return fields_.at(slice); };
   }
-  const std::vector<std::uint32_t>& permutation(SliceIndex slice) const { return permutations_[own_index(slice)]; }
+  const std::vector<std::uint32_t>& permutation(SliceIndex slice) const {
+    return permutations_[distribution_.local_slice_from_global(slice)];
+  }
 
   // Swaps of an own slice. Calls for different cells may run at the same time.
   void carry_out(SliceIndex slice, std::span<const Swap> swaps);
@@ -54,18 +56,13 @@ class HeldSlices {
   bool is_behind(SliceIndex slice) const { return exchange_.pending(slice); }
 
  private:
-  std::size_t own_index(SliceIndex slice) const {
-    return static_cast<std::size_t>(slice - partition_.begin(communicator_.rank()));
-  }
-
-  const Communicator& communicator_;
   ThreadPool& pool_;
   const FieldLayout& layout_;
-  Partition partition_;
+  Distribution distribution_;
   HaloPlan halo_;
   HaloExchange exchange_;
   std::map<SliceIndex, SliceField> fields_;
-  std::vector<std::vector<std::uint32_t>> permutations_;  // of own slices
+  IndexedVector<LocalSlice, std::vector<std::uint32_t>> permutations_;
 };
 
 }  // namespace noiseloom

@@ -136,10 +136,10 @@ std::int64_t SwapOptimizer::sweep() const { return impl_->state.sweep; }
 std::int64_t SwapOptimizer::iterations() const { return impl_->state.iterations; }
 std::int64_t SwapOptimizer::iterations_per_sweep() const { return impl_->schedule.iterations_per_sweep(); }
 Moment SwapOptimizer::moment() const { return impl_->moment(); }
+const Distribution& SwapOptimizer::distribution() const { return impl_->slices.distribution(); }
 bool SwapOptimizer::row_is_planned_after(std::int64_t sweeps) const {
   return impl_->row_is_planned(impl_->schedule.moment(sweeps - 1, 0));
 }
-const Partition& SwapOptimizer::partition() const { return impl_->slices.partition(); }
 const HaloPlan& SwapOptimizer::halo() const { return impl_->slices.halo(); }
 std::int64_t SwapOptimizer::num_classes() const { return std::ssize(impl_->classes); }
 bool SwapOptimizer::couples_slices() const { return impl_->score_footprint.couples_slices(); }

@@ -53,22 +53,23 @@ std::vector<double> own_sums(const FloatScore& in_float, const HeldSlices& slice
 }  // namespace
 
 double texture_error(const Footprint& footprint, const SampleSource& source, double mean_distance,
-                     const Partition& partition, const std::vector<SliceIndex>& held,
+                     const Distribution& distribution, const std::vector<SliceIndex>& held,
                      const std::function<std::vector<float>(SliceIndex)>& planar, const Communicator& communicator,
                      ThreadPool& pool) {
-  const std::vector<double> own = own_sums(footprint, source, held, partition.count(communicator.rank()), planar, pool);
-  return relative_error(footprint, mean_distance, communicator.gather_all(partition, own));
+  const std::vector<double> own = own_sums(footprint, source, held, distribution.num_own(), planar, pool);
+  return relative_error(footprint, mean_distance, communicator.gather_all(distribution.partition(), own));
 }
 
 double texture_error(const Footprint& footprint, const SampleSource& source, double mean_distance,
                      const HeldSlices& slices, const FloatScore* in_float, const Communicator& communicator,
                      ThreadPool& pool) {
   if (in_float != nullptr) {
-    return relative_error(footprint, mean_distance,
-                          communicator.gather_all(slices.partition(), own_sums(*in_float, slices, pool)));
+    return relative_error(
+        footprint, mean_distance,
+        communicator.gather_all(slices.distribution().partition(), own_sums(*in_float, slices, pool)));
   }
   const auto planar = [&slices](SliceIndex slice) { return slices.field(slice).planar(); };
-  return texture_error(footprint, source, mean_distance, slices.partition(), slices.indices(), planar, communicator,
+  return texture_error(footprint, source, mean_distance, slices.distribution(), slices.indices(), planar, communicator,
                        pool);  // own slices come first
 }
 

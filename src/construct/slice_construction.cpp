@@ -1,7 +1,6 @@
 #include "noiseloom/construct/slice_construction.h"
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -80,11 +79,9 @@ struct SliceConstruction::Impl {
         kernel(extents, filter, spec.sharpness),
         hash(seed),
         classes(colour_classes(overlap)),
-        partition(extents.num_slices(), communicator.size()),
-        begin(partition.begin(communicator.rank())),
-        end(partition.end(communicator.rank())),
-        halo(extents, slice_offsets(kernel), partition, communicator.rank()),
-        exchange(communicator, halo, partition),
+        distribution(extents.num_slices(), communicator.size(), communicator.rank()),
+        halo(extents, slice_offsets(kernel), distribution),
+        exchange(communicator, halo, distribution),
         class_of(static_cast<std::size_t>(extents.num_slices())),
         held_at(static_cast<std::size_t>(extents.num_slices()), -1) {
     for (std::size_t c = 0; c < classes.size(); ++c) {
@@ -95,22 +92,23 @@ struct SliceConstruction::Impl {
       held_at[static_cast<std::size_t>(slice)] = static_cast<std::int32_t>(held.size());
       held.emplace_back().places.resize(static_cast<std::size_t>(cells));
     }
-    for (SliceIndex slice = begin; slice < end; ++slice) {
-      fields.emplace_back(kernel, hash, static_cast<std::uint64_t>(cells) * static_cast<std::uint64_t>(slice));
+    std::vector<PlaneField> own;
+    for (const SliceIndex slice : distribution.own_slices()) {
+      own.emplace_back(kernel, hash, static_cast<std::uint64_t>(cells) * static_cast<std::uint64_t>(slice));
     }
+    fields = IndexedVector<LocalSlice, PlaneField>(std::move(own));
   }
 
   std::vector<SliceIndex> indices() const {
-    std::vector<SliceIndex> slices(static_cast<std::size_t>(end - begin));
-    std::iota(slices.begin(), slices.end(), begin);
+    const IndexRange<SliceIndex> own = distribution.own_slices();
+    std::vector<SliceIndex> slices(own.begin(), own.end());
     slices.insert(slices.end(), halo.needed().begin(), halo.needed().end());
     return slices;
   }
-  bool owns(SliceIndex slice) const { return slice >= begin && slice < end; }
-  std::size_t own_index(SliceIndex slice) const { return static_cast<std::size_t>(slice - begin); }
-  HeldSlice& held_slice(SliceIndex slice) {
-    return held[static_cast<std::size_t>(held_at[static_cast<std::size_t>(slice)])];
+  std::size_t held_index(SliceIndex slice) const {
+    return static_cast<std::size_t>(held_at[static_cast<std::size_t>(slice)]);
   }
+  HeldSlice& held_slice(SliceIndex slice) { return held[held_index(slice)]; }
   static Extents::SliceCoord opposite(const Extents::SliceCoord& offset) {
     Extents::SliceCoord result{};
     std::transform(offset.begin(), offset.end(), result.begin(), [](std::int32_t d) { return -d; });
@@ -130,15 +128,16 @@ struct SliceConstruction::Impl {
       }
       held[k].changes[0] = held[k].changes[1] = {};
     });
-    pool.for_each(end - begin, [&](std::int64_t index, int) {
-      const auto k = static_cast<std::size_t>(index);
-      PlaneField& field = fields[k];
+    pool.for_each(distribution.num_own(), [&](std::int64_t index, int) {
+      const LocalSlice local(index);
+      const SliceIndex slice = distribution.global_slice_from_local(local);
+      PlaneField& field = fields[local];
       field.clear();
       field.watch(false, false);
-      for (const std::uint32_t cell : on[k]) field.turn_on(cell);
+      for (const std::uint32_t cell : on[held_index(slice)]) field.turn_on(cell);
       for (const SliceStamp& stamp : other_slices()) {
-        const SliceIndex from = extents.slice_at(begin + static_cast<SliceIndex>(index), opposite(stamp.offset));
-        field.act(stamp, true, on[static_cast<std::size_t>(held_at[static_cast<std::size_t>(from)])]);
+        const SliceIndex from = extents.slice_at(slice, opposite(stamp.offset));
+        field.act(stamp, true, on[held_index(from)]);
       }
     });
     for (PlaneField& field : fields) {
@@ -194,7 +193,7 @@ struct SliceConstruction::Impl {
 
   // Picks in one slice, whose places follow from them (carry_out).
   void visit(SliceIndex slice, Changes& changes) {
-    PlaneField& field = fields[own_index(slice)];
+    PlaneField& field = fields[distribution.local_slice_from_global(slice)];
     take_in(slice, field);
     changes.off.clear();
     changes.on.clear();
@@ -240,7 +239,8 @@ struct SliceConstruction::Impl {
 
   void move(const std::vector<SliceIndex>& moving) {
     std::vector<SliceIndex> own;
-    std::copy_if(moving.begin(), moving.end(), std::back_inserter(own), [&](SliceIndex slice) { return owns(slice); });
+    std::copy_if(moving.begin(), moving.end(), std::back_inserter(own),
+                 [&](SliceIndex slice) { return distribution.owns(slice); });
     pool.for_each(std::ssize(own), [&](std::int64_t index, int) {
       const SliceIndex slice = own[static_cast<std::size_t>(index)];
       HeldSlice& moved = held_slice(slice);
@@ -315,15 +315,13 @@ struct SliceConstruction::Impl {
   StampKernel kernel;
   VacTieHash hash;
   std::vector<std::vector<SliceIndex>> classes;
-  Partition partition;
-  SliceIndex begin;
-  SliceIndex end;
+  Distribution distribution;
   HaloPlan halo;
   HaloExchange exchange;
   std::vector<std::int32_t> class_of;  // of every slice
   std::vector<std::int32_t> held_at;   // where a slice stands in `held`, or -1
   std::vector<HeldSlice> held;
-  std::vector<PlaneField> fields;  // of own slices
+  IndexedVector<LocalSlice, PlaneField> fields;
   ConstructProgress progress;
   std::int64_t total_rounds = 0;  // since it was made: its parity says which changes are new
   std::int64_t num_swaps = 0;     // of the present round
@@ -343,7 +341,7 @@ void SliceConstruction::restore(const ConstructProgress& progress,
 std::vector<SliceIndex> SliceConstruction::slices_held() const { return impl_->indices(); }
 void SliceConstruction::advance() { impl_->advance(); }
 const ConstructProgress& SliceConstruction::progress() const { return impl_->progress; }
-const Partition& SliceConstruction::partition() const { return impl_->partition; }
+const Distribution& SliceConstruction::distribution() const { return impl_->distribution; }
 const std::vector<std::uint32_t>& SliceConstruction::places(SliceIndex slice) const {
   const std::int32_t at = impl_->held_at[static_cast<std::size_t>(slice)];
   NOISELOOM_CHECK(at >= 0);

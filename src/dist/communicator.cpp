@@ -23,27 +23,28 @@ constexpr std::size_t piece_bytes = std::size_t{1} << 30;
 // Stands in the place of a block's size where there is no block, as its producer failed.
 constexpr std::uint64_t no_block = ~std::uint64_t{0};
 
-void send_size(const Communicator::Impl& impl, int to, std::uint64_t size) {
-  check_mpi(MPI_Send(&size, 1, MPI_UINT64_T, to, stream_tag, impl.comm), "MPI_Send");
+void send_size(const Communicator::Impl& impl, Rank to, std::uint64_t size) {
+  check_mpi(MPI_Send(&size, 1, MPI_UINT64_T, to.value(), stream_tag, impl.comm), "MPI_Send");
 }
 
-void send_block(const Communicator::Impl& impl, int to, std::span<const std::byte> block) {
+void send_block(const Communicator::Impl& impl, Rank to, std::span<const std::byte> block) {
   send_size(impl, to, block.size());
   for (std::size_t at = 0; at < block.size(); at += piece_bytes) {
     const int count = static_cast<int>(std::min(piece_bytes, block.size() - at));
-    check_mpi(MPI_Send(block.data() + at, count, MPI_BYTE, to, stream_tag, impl.comm), "MPI_Send");
+    check_mpi(MPI_Send(block.data() + at, count, MPI_BYTE, to.value(), stream_tag, impl.comm), "MPI_Send");
   }
 }
 
 // False where there is no block.
-bool receive_block(const Communicator::Impl& impl, int from, std::vector<std::byte>& block) {
+bool receive_block(const Communicator::Impl& impl, Rank from, std::vector<std::byte>& block) {
   std::uint64_t size = 0;
-  check_mpi(MPI_Recv(&size, 1, MPI_UINT64_T, from, stream_tag, impl.comm, MPI_STATUS_IGNORE), "MPI_Recv");
+  check_mpi(MPI_Recv(&size, 1, MPI_UINT64_T, from.value(), stream_tag, impl.comm, MPI_STATUS_IGNORE), "MPI_Recv");
   if (size == no_block) return false;
   block.resize(size);
   for (std::size_t at = 0; at < block.size(); at += piece_bytes) {
     const int count = static_cast<int>(std::min(piece_bytes, block.size() - at));
-    check_mpi(MPI_Recv(block.data() + at, count, MPI_BYTE, from, stream_tag, impl.comm, MPI_STATUS_IGNORE), "MPI_Recv");
+    check_mpi(MPI_Recv(block.data() + at, count, MPI_BYTE, from.value(), stream_tag, impl.comm, MPI_STATUS_IGNORE),
+              "MPI_Recv");
   }
   return true;
 }
@@ -121,7 +122,7 @@ Communicator Communicator::self() {
   return Communicator(std::move(impl));
 }
 
-int Communicator::rank() const { return impl_->rank; }
+Rank Communicator::rank() const { return Rank(impl_->rank); }
 int Communicator::size() const { return impl_->size; }
 
 int Communicator::ranks_on_node() const {
@@ -176,11 +177,11 @@ double Communicator::broadcast(double value) const {
 std::vector<double> Communicator::gather_all(const Partition& partition, std::span<const double> own) const {
   NOISELOOM_CHECK_EQ(partition.num_ranks(), size());
   NOISELOOM_CHECK_EQ(static_cast<SliceIndex>(own.size()), partition.count(rank()));
-  std::vector<int> counts(static_cast<std::size_t>(size()));
-  std::vector<int> starts(static_cast<std::size_t>(size()));
-  for (int r = 0; r < size(); ++r) {
-    counts[static_cast<std::size_t>(r)] = partition.count(r);
-    starts[static_cast<std::size_t>(r)] = partition.begin(r);
+  IndexedVector<Rank, int> counts(static_cast<std::size_t>(size()));
+  IndexedVector<Rank, int> starts(static_cast<std::size_t>(size()));
+  for (const Rank r : ranks()) {
+    counts[r] = partition.count(r);
+    starts[r] = partition.begin(r);
   }
   std::vector<double> all(static_cast<std::size_t>(partition.num_slices()));
   check_mpi(MPI_Allgatherv(own.data(), static_cast<int>(own.size()), MPI_DOUBLE, all.data(), counts.data(),
@@ -217,10 +218,10 @@ std::vector<std::byte> Communicator::gather_all(std::span<const std::byte> own) 
 
 void Communicator::agree(std::exception_ptr own) const {
   const int none = size();
-  int first = own ? rank() : none;
+  int first = own ? impl_->rank : none;
   check_mpi(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, impl_->comm), "MPI_Allreduce");
   if (first == none) return;
-  std::string message = first == rank() ? packed_failure(own) : "";
+  std::string message = first == impl_->rank ? packed_failure(own) : "";
   std::uint64_t length = message.size();
   check_mpi(MPI_Bcast(&length, 1, MPI_UINT64_T, first, impl_->comm), "MPI_Bcast");
   message.resize(length);
@@ -241,21 +242,21 @@ void Communicator::on_root(const std::function<void()>& body) const {
   });
 }
 
-void Communicator::stream_to_root(const Partition& partition,
+void Communicator::stream_to_root(const Distribution& distribution,
                                   const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
                                   const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const {
   std::exception_ptr failure;
   std::vector<std::byte> block;
   bool complete = true;  // on rank 0: nobody's producer has failed
-  for (SliceIndex slice = 0; slice < partition.num_slices(); ++slice) {
-    const int owner = partition.owner(slice);
+  for (SliceIndex slice = 0; slice < distribution.num_slices(); ++slice) {
+    const Rank owner = distribution.owner(slice);
     if (owner == rank()) {
       guarded(failure, [&] { produce(slice, block); });
       if (failure) {
         complete = false;
-        if (!is_root()) send_size(*impl_, 0, no_block);
+        if (!is_root()) send_size(*impl_, root, no_block);
       } else if (!is_root()) {
-        send_block(*impl_, 0, block);
+        send_block(*impl_, root, block);
       }
     } else if (is_root()) {
       complete = receive_block(*impl_, owner, block) && complete;
@@ -268,22 +269,22 @@ void Communicator::stream_to_root(const Partition& partition,
 void Communicator::stream_from_root(std::span<const SliceIndex> wanted,
                                     const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
                                     const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const {
-  const std::vector<std::pair<SliceIndex, int>> requests = requests_at_root(wanted);
+  const std::vector<std::pair<SliceIndex, Rank>> requests = requests_at_root(wanted);
   std::exception_ptr failure;
   std::vector<std::byte> block;
   if (!is_root()) {
     for (const SliceIndex slice : wanted) {
-      if (!receive_block(*impl_, 0, block)) break;
+      if (!receive_block(*impl_, root, block)) break;
       guarded(failure, [&] { consume(slice, block); });
     }
     return agree(failure);
   }
-  std::vector<bool> told(static_cast<std::size_t>(size()));  // that there is no more
+  IndexedVector<Rank, bool> told(static_cast<std::size_t>(size()));  // that there is no more
   std::optional<SliceIndex> produced;
   bool complete = true;
   for (const auto& request : requests) {
     const SliceIndex slice = request.first;
-    const int to = request.second;
+    const Rank to = request.second;
     if (complete && produced != slice) {
       std::exception_ptr own;
       guarded(own, [&] { produce(slice, block); });
@@ -291,36 +292,34 @@ void Communicator::stream_from_root(std::span<const SliceIndex> wanted,
       complete = !own;
       if (own && !failure) failure = own;
     }
-    if (to == 0) {
+    if (to == root) {
       if (complete) guarded(failure, [&] { consume(slice, block); });
     } else if (complete) {
       send_block(*impl_, to, block);
-    } else if (!told[static_cast<std::size_t>(to)]) {
+    } else if (!told[to]) {
       send_size(*impl_, to, no_block);
-      told[static_cast<std::size_t>(to)] = true;
+      told[to] = true;
     }
   }
   agree(failure);
 }
 
-std::vector<std::pair<SliceIndex, int>> Communicator::requests_at_root(std::span<const SliceIndex> wanted) const {
+std::vector<std::pair<SliceIndex, Rank>> Communicator::requests_at_root(std::span<const SliceIndex> wanted) const {
   const int own_count = narrow<int>(wanted.size());
-  std::vector<int> counts(static_cast<std::size_t>(size()));
+  IndexedVector<Rank, int> counts(static_cast<std::size_t>(size()));
   check_mpi(MPI_Gather(&own_count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, impl_->comm), "MPI_Gather");
-  std::vector<int> starts(counts.size());
+  IndexedVector<Rank, int> starts(counts.size());
   std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
-  std::vector<SliceIndex> all(static_cast<std::size_t>(is_root() ? starts.back() + counts.back() : 0));
+  std::vector<SliceIndex> all(is_root() ? std::accumulate(counts.begin(), counts.end(), std::size_t{0}) : 0);
   static_assert(sizeof(SliceIndex) == sizeof(std::int32_t));
   check_mpi(MPI_Gatherv(wanted.data(), own_count, MPI_INT32_T, all.data(), counts.data(), starts.data(), MPI_INT32_T, 0,
                         impl_->comm),
             "MPI_Gatherv");
-  std::vector<std::pair<SliceIndex, int>> requests;
+  std::vector<std::pair<SliceIndex, Rank>> requests;
   if (!is_root()) return requests;
-  for (int r = 0; r < size(); ++r) {
-    const auto begin = all.begin() + starts[static_cast<std::size_t>(r)];
-    for (auto slice = begin; slice != begin + counts[static_cast<std::size_t>(r)]; ++slice) {
-      requests.emplace_back(*slice, r);
-    }
+  for (const Rank r : ranks()) {
+    const auto begin = all.begin() + starts[r];
+    for (auto slice = begin; slice != begin + counts[r]; ++slice) requests.emplace_back(*slice, r);
   }
   std::sort(requests.begin(), requests.end());
   return requests;

@@ -15,21 +15,21 @@ std::uint64_t pack(std::uint32_t a, std::uint32_t b) { return std::uint64_t{a} <
 }  // namespace
 
 struct HaloExchange::Impl {
-  Impl(const Communicator& ranks, const HaloPlan& halo, const Partition& owners)
-      : communicator(ranks), plan(halo), partition(owners) {}
+  Impl(const Communicator& ranks, const HaloPlan& halo, const Distribution& owners)
+      : communicator(ranks), plan(halo), distribution(owners) {}
   ~Impl();
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
   const Communicator& communicator;
   const HaloPlan& plan;
-  const Partition& partition;
+  Distribution distribution;
   // A message is a sequence of (slice, number of swaps), swaps...
-  using Outgoing = std::map<int, std::vector<std::uint64_t>>;
+  using Outgoing = std::map<Rank, std::vector<std::uint64_t>>;
   Outgoing outgoing;
   std::vector<MPI_Request> requests;
   std::vector<SliceIndex> expected;  // needed slices that moved, ascending
-  std::vector<int> senders;          // their owners, ascending
+  std::vector<Rank> senders;         // their owners, ascending
   std::int64_t bytes = 0;
   std::int64_t messages = 0;
 };
@@ -45,8 +45,8 @@ HaloExchange::Impl::~Impl() {
     const auto* given_up = new Outgoing(std::move(outgoing));
 }
 
-HaloExchange::HaloExchange(const Communicator& communicator, const HaloPlan& plan, const Partition& partition)
-    : impl_(new Impl(communicator, plan, partition)) {}
+HaloExchange::HaloExchange(const Communicator& communicator, const HaloPlan& plan, const Distribution& distribution)
+    : impl_(new Impl(communicator, plan, distribution)) {}
 
 HaloExchange::~HaloExchange() = default;
 
@@ -54,7 +54,7 @@ void HaloExchange::begin(std::span<const SliceIndex> moved, std::span<const Slic
   NOISELOOM_CHECK(impl_->requests.empty() && impl_->senders.empty());
   impl_->outgoing.clear();
   for (const SliceSwaps& changed : own) {
-    for (const int listener : impl_->plan.listeners(changed.slice)) {
+    for (const Rank listener : impl_->plan.listeners(changed.slice)) {
       std::vector<std::uint64_t>& message = impl_->outgoing[listener];
       message.push_back(pack(static_cast<std::uint32_t>(changed.slice), narrow<std::uint32_t>(changed.swaps.size())));
       for (const Swap& swap : changed.swaps) message.push_back(pack(swap.a, swap.b));
@@ -63,7 +63,8 @@ void HaloExchange::begin(std::span<const SliceIndex> moved, std::span<const Slic
   const MPI_Comm comm = impl_->communicator.impl().comm;
   for (const auto& [listener, message] : impl_->outgoing) {
     MPI_Request& request = impl_->requests.emplace_back();
-    check_mpi(MPI_Isend(message.data(), narrow<int>(message.size()), MPI_UINT64_T, listener, halo_tag, comm, &request),
+    check_mpi(MPI_Isend(message.data(), narrow<int>(message.size()), MPI_UINT64_T, listener.value(), halo_tag, comm,
+                        &request),
               "MPI_Isend");
     impl_->bytes += static_cast<std::int64_t>(message.size() * sizeof(std::uint64_t));
     ++impl_->messages;
@@ -72,7 +73,7 @@ void HaloExchange::begin(std::span<const SliceIndex> moved, std::span<const Slic
   std::set_intersection(moved.begin(), moved.end(), impl_->plan.needed().begin(), impl_->plan.needed().end(),
                         std::back_inserter(impl_->expected));
   for (const SliceIndex slice : impl_->expected) {
-    const int owner = impl_->partition.owner(slice);
+    const Rank owner = impl_->distribution.owner(slice);
     if (impl_->senders.empty() || impl_->senders.back() != owner) impl_->senders.push_back(owner);
   }
 }
@@ -85,10 +86,10 @@ void HaloExchange::wait(const std::function<void(SliceIndex, std::span<const Swa
   const MPI_Comm comm = impl_->communicator.impl().comm;
   std::vector<std::uint64_t> message;
   std::vector<Swap> swaps;
-  for (const int sender : impl_->senders) {
+  for (const Rank sender : impl_->senders) {
     MPI_Message handle = MPI_MESSAGE_NULL;
     MPI_Status status;
-    check_mpi(MPI_Mprobe(sender, halo_tag, comm, &handle, &status), "MPI_Mprobe");
+    check_mpi(MPI_Mprobe(sender.value(), halo_tag, comm, &handle, &status), "MPI_Mprobe");
     int count = 0;
     check_mpi(MPI_Get_count(&status, MPI_UINT64_T, &count), "MPI_Get_count");
     message.resize(static_cast<std::size_t>(count));

@@ -46,25 +46,25 @@ void visit_run(const Extents& extents, SliceIndex slice, const Run& run, const V
 
 }  // namespace
 
-HaloPlan::HaloPlan(const Extents& extents, std::span<const Extents::SliceCoord> offsets, const Partition& partition,
-                   int rank)
-    : begin_(partition.begin(rank)), listeners_(static_cast<std::size_t>(partition.count(rank))) {
-  if (partition.num_ranks() == 1 || extents.num_slices() == 1) return;
-  const std::int64_t end = partition.end(rank);
+HaloPlan::HaloPlan(const Extents& extents, std::span<const Extents::SliceCoord> offsets,
+                   const Distribution& distribution)
+    : distribution_(distribution), listeners_(static_cast<std::size_t>(distribution.num_own())) {
+  if (distribution.ranks().size() == 1 || extents.num_slices() == 1) return;
+  const IndexRange<SliceIndex> own = distribution.own_slices();
   const std::vector<Run> runs = runs_of(offsets);
   // Of all slices: by how much the number of runs that cover it differs from that of the slice before.
   std::vector<std::int32_t> changes(static_cast<std::size_t>(extents.num_slices()) + 1, 0);
-  for (SliceIndex slice = begin_; slice < end; ++slice) {
-    std::vector<int>& listeners = listeners_[static_cast<std::size_t>(slice - begin_)];
+  for (const SliceIndex slice : own) {
+    std::vector<Rank>& listeners = listeners_[distribution.local_slice_from_global(slice)];
     for (const Run& run : runs) {
       visit_run(extents, slice, run, [&](std::int64_t from, std::int64_t to) {
-        if (from >= begin_ && to <= end) return;
+        if (from >= own.first() && to <= own.past_last()) return;
         ++changes[static_cast<std::size_t>(from)];
         --changes[static_cast<std::size_t>(to)];
         // Offsets are symmetric: whoever owns slice + d is coupled with slice through -d.
-        const int last = partition.owner(narrow<SliceIndex>(to - 1));
-        for (int owner = partition.owner(narrow<SliceIndex>(from)); owner <= last; ++owner) {
-          if (owner != rank) listeners.push_back(owner);
+        const Rank last = distribution.owner(narrow<SliceIndex>(to - 1));
+        for (Rank owner = distribution.owner(narrow<SliceIndex>(from)); owner <= last; ++owner) {
+          if (owner != distribution.rank()) listeners.push_back(owner);
         }
       });
     }
@@ -74,13 +74,13 @@ HaloPlan::HaloPlan(const Extents& extents, std::span<const Extents::SliceCoord> 
   std::int64_t covered = 0;
   for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
     covered += changes[static_cast<std::size_t>(slice)];
-    if (covered > 0 && (slice < begin_ || slice >= end)) needed_.push_back(slice);
+    if (covered > 0 && !own.contains(slice)) needed_.push_back(slice);
   }
 }
 
 std::int64_t HaloPlan::messages_per_sweep() const {
   std::int64_t count = 0;
-  for (const std::vector<int>& listeners : listeners_) count += static_cast<std::int64_t>(listeners.size());
+  for (const std::vector<Rank>& listeners : listeners_) count += static_cast<std::int64_t>(listeners.size());
   return count;
 }
 

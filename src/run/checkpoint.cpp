@@ -183,7 +183,7 @@ std::string save_run(FileOps& ops, const std::string& path, const RunConfig& con
       append(block, engine.samples(slice));
     }
   };
-  return publish_run(ops, path, content, engine.partition(), communicator, produce);
+  return publish_run(ops, path, content, engine.distribution(), communicator, produce);
 }
 
 namespace {
@@ -311,7 +311,6 @@ void restore_run(const RunFileReader* file, const RunConfig& config, SwapOptimiz
 
   const Extents& extents = config.problem.extents;
   const auto cells = static_cast<std::size_t>(extents.cells_per_slice());
-  const Partition& partition = engine.partition();
   std::vector<SliceIndex> wanted = engine.slices_held();
   std::sort(wanted.begin(), wanted.end());
   std::map<SliceIndex, std::vector<std::uint32_t>> permutations;
@@ -325,7 +324,7 @@ void restore_run(const RunFileReader* file, const RunConfig& config, SwapOptimiz
     file->read_slice(samples, slice, std::span(block).last(size));
   };
   const auto consume = [&](SliceIndex slice, std::span<const std::byte> block) {
-    const bool own = partition.owner(slice) == communicator.rank();
+    const bool own = engine.distribution().owns(slice);
     std::vector<std::uint32_t>& ids = permutations[slice];
     ids.resize(cells);
     std::memcpy(ids.data(), block.data(), cells * sizeof(std::uint32_t));

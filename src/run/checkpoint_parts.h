@@ -168,7 +168,8 @@ using ProduceSlice = std::function<void(std::size_t dataset, SliceIndex slice, s
 // Publishes at `path`, one dataset after the other, so that no rank holds more than one of a slice's at once: a slice
 // may be the whole texture. Returns the combined checksum of the first dataset on rank 0. *Collective*
 std::string publish_run(FileOps& ops, const std::string& path, const RunFileContent& content,
-                        const Partition& partition, const Communicator& communicator, const ProduceSlice& produce);
+                        const Distribution& distribution, const Communicator& communicator,
+                        const ProduceSlice& produce);
 
 template <class T>
 void append(std::vector<std::byte>& block, const std::vector<T>& values) {

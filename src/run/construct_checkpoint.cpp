@@ -217,7 +217,7 @@ std::string save_construct_run(FileOps& ops, const std::string& path, const RunC
     }
     append(block, values);
   };
-  return publish_run(ops, path, content, run.partition(), communicator, produce);
+  return publish_run(ops, path, content, run.distribution(), communicator, produce);
 }
 
 ConstructState restore_construct_run(const RunFileReader* file, const RunConfig& config, const SampleSource& source,
@@ -250,7 +250,7 @@ ConstructState restore_construct_run(const RunFileReader* file, const RunConfig&
     std::memcpy(places.data(), block.data(), bytes);
     const std::string fault = places_fault(progress, slice, places);
     faults.require(fault.empty(), fault);
-    if (!fault.empty() || run.partition().owner(slice) != communicator.rank()) return;
+    if (!fault.empty() || !run.distribution().owns(slice)) return;
     std::vector<float> stored(places.size());
     std::memcpy(stored.data(), block.data() + bytes, bytes);
     const std::vector<float> list = source.list(slice);

@@ -129,7 +129,7 @@ void ConstructJob::step(double run_s) {
 void ConstructJob::score() {
   mean_distance_ = mean_distance(source_, *communicator_, *pool_);
   const auto planar = [&](SliceIndex slice) { return samples_of_places(run_->places(slice), source_.list(slice)); };
-  relative_error_ = texture_error(overlap_, source_, mean_distance_, run_->partition(), run_->slices_held(), planar,
+  relative_error_ = texture_error(overlap_, source_, mean_distance_, run_->distribution(), run_->slices_held(), planar,
                                   *communicator_, *pool_);
 }
 

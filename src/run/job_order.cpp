@@ -134,14 +134,12 @@ ProgressFigures OrderJob::figures(double run_s, double part_s) {
 
 // How far equal counts in every slice move samples from their place in the volume's order. *Collective*
 double OrderJob::rms_moved() const {
-  const Partition& partition = run_->partition();
-  const int rank = communicator_->rank();
   const std::int64_t num_pixels = spec_.extents.num_cells();
   OrderSpec volume_spec;
   OrderSpec slice_spec;
   slice_spec.equalize = Equalize::slice;
   double sum = 0;
-  for (SliceIndex slice = partition.begin(rank); slice < partition.end(rank); ++slice) {
+  for (const SliceIndex slice : Distribution(run_->partition(), communicator_->rank()).own_slices()) {
     const std::vector<std::byte> order = run_->order(slice);
     const auto by_slice = samples_of_order(order, run_->codec(), num_pixels, slice_spec);
     const auto by_volume = samples_of_order(order, run_->codec(), num_pixels, volume_spec);

@@ -179,7 +179,8 @@ std::string save_order_run(FileOps& ops, const std::string& path, const RunConfi
     block.clear();
     append(block, samples);
   };
-  return publish_run(ops, path, content, run.partition(), communicator, produce);
+  const Distribution distribution(run.partition(), communicator.rank());
+  return publish_run(ops, path, content, distribution, communicator, produce);
 }
 
 std::vector<OrderRow> restore_order_run(const RunFileReader* file, const RunConfig& config, VoidAndCluster& run,
@@ -203,8 +204,8 @@ std::vector<OrderRow> restore_order_run(const RunFileReader* file, const RunConf
   const auto consume = [&](SliceIndex slice, std::span<const std::byte> block) {
     own[slice].assign(block.begin(), block.end());
   };
-  std::vector<SliceIndex> wanted(static_cast<std::size_t>(run.partition().count(communicator.rank())));
-  std::iota(wanted.begin(), wanted.end(), run.partition().begin(communicator.rank()));
+  const IndexRange<SliceIndex> slices = Distribution(run.partition(), communicator.rank()).own_slices();
+  const std::vector<SliceIndex> wanted(slices.begin(), slices.end());
   communicator.stream_from_root(wanted, produce, consume);
   // The whole order is needed to judge it, and passes through rank 0.
   communicator.on_root([&] { check_census(census, state, file->path()); });

@@ -49,12 +49,12 @@ RunPlan plan_basis(const RunConfig& config, const PlanRequest& request) {
   return plan;
 }
 
-std::vector<int> ranks_to_look_at(int ranks) {
+std::vector<Rank> ranks_to_look_at(int ranks) {
   constexpr int most_looked_at = 32;
-  std::vector<int> some;
+  std::vector<Rank> some;
   for (int k = 0; k < std::min(ranks, most_looked_at); ++k) {
     const double place = ranks <= most_looked_at ? k : std::round(double(k) * (ranks - 1) / (most_looked_at - 1));
-    some.push_back(static_cast<int>(place));
+    some.push_back(Rank(static_cast<int>(place)));
   }
   return some;
 }

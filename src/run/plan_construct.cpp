@@ -8,7 +8,7 @@
 
 #include "noiseloom/construct/sharpness.h"
 #include "noiseloom/construct/slice_construction.h"
-#include "noiseloom/core/partition.h"
+#include "noiseloom/core/distribution.h"
 #include "noiseloom/dist/halo_plan.h"
 #include "noiseloom/problem/colour_classes.h"
 #include "noiseloom/samples/space.h"
@@ -116,26 +116,28 @@ RunPlan plan_construct(const RunConfig& config, const PlanRequest& request) {
   std::vector<Extents::SliceCoord> offsets;
   for (const SliceTaps& slice : outline.slices.slices()) offsets.push_back(slice.offset);
   const Partition partition(extents.num_slices(), request.ranks);
-  const std::vector<int> looked_at = ranks_to_look_at(request.ranks);
+  const std::vector<Rank> looked_at = ranks_to_look_at(request.ranks);
   const bool has_pdf =
       !config.problem.samples.is_file() && !sample_space(config.problem.samples).traits().has_constant_density;
   double writer = 0;
   double other = 0;
   double told = 0;
   double messages = 0;
-  for (const int rank : looked_at) {
-    const HaloPlan halo(extents, offsets, partition, rank);
-    std::set<int> peers;
-    for (SliceIndex slice = partition.begin(rank); slice < partition.end(rank); ++slice) {
+  for (const Rank rank : looked_at) {
+    const Distribution distribution(partition, rank);
+    const HaloPlan halo(extents, offsets, distribution);
+    std::set<Rank> peers;
+    for (const SliceIndex slice : distribution.own_slices()) {
       peers.insert(halo.listeners(slice).begin(), halo.listeners(slice).end());
     }
     told += as_double(halo.messages_per_sweep());
     messages += as_double(std::ssize(peers)) * as_double(plan.num_classes);
-    PlanRank entry{rank, partition.count(rank), std::ssize(halo.needed()), 0};
+    PlanRank entry{rank, distribution.num_own(), std::ssize(halo.needed()), 0};
     const PlanMemory memory = construct_memory(extents, outline, has_pdf, request, entry);
     entry.bytes = memory.peak();
     if (entry.bytes > plan.most.peak()) plan.most = memory;
-    (rank == 0 ? writer : other) = std::max(rank == 0 ? writer : other, entry.bytes);
+    double& most = rank == Rank(0) ? writer : other;
+    most = std::max(most, entry.bytes);
     plan.ranks.push_back(entry);
   }
   plan.node_bytes = bytes_of_node(writer, other, request);

@@ -90,7 +90,7 @@ PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, cons
   const double samples = as_double(num_slices) * cells;
   // All samples of the texture in double and the list of a slice; or the blocks of a task, and what a vector that grows
   // keeps in reserve.
-  const bool sorts_all = sizes.scalar && samples <= 0x1p26 && rank.rank == 0;
+  const bool sorts_all = sizes.scalar && samples <= 0x1p26 && rank.rank == Rank(0);
   const double tasks = std::min<double>(request.threads, std::ceil(as_double(sizes.mean_tasks) / request.ranks));
   const double mean = sorts_all ? 8 * samples + values : tasks * 2.25 * std::max(values, std::min(samples, 0x1p20) * 4);
   const double resumed = held * ids + own * values;
@@ -129,7 +129,7 @@ PlanMemory construct_memory(const Extents& extents, const FilterOutline& overlap
   memory.halo = as_double(rank.halo_slices) * cells * 4;
   memory.filter = tap_bytes * as_double(overlap.num_taps) + coupled_slice_bytes * coupled + rows * (24 + 64);
   const double samples = as_double(extents.num_cells());
-  const double sorted = samples <= 0x1p26 && rank.rank == 0 ? 12 * samples : 12 * std::min(samples, 0x1p20);
+  const double sorted = samples <= 0x1p26 && rank.rank == Rank(0) ? 12 * samples : 12 * std::min(samples, 0x1p20);
   memory.at_score = std::max(held * 4 * cells, sorted);
   // A node of a tree for every tap, while rows are cut.
   memory.at_start = tap_bytes_while_built * as_double(overlap.num_taps);

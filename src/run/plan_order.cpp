@@ -119,12 +119,13 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request) {
   const Partition partition(extents.num_slices(), request.ranks);
   double writer = 0;
   double other = 0;
-  for (const int rank : ranks_to_look_at(request.ranks)) {
+  for (const Rank rank : ranks_to_look_at(request.ranks)) {
     PlanRank entry{rank, partition.count(rank), 0, 0};
     const PlanMemory memory = order_memory(spec, taps, request, entry);
     entry.bytes = memory.peak();
     if (entry.bytes > plan.most.peak()) plan.most = memory;
-    (rank == 0 ? writer : other) = std::max(rank == 0 ? writer : other, entry.bytes);
+    double& most = rank == Rank(0) ? writer : other;
+    most = std::max(most, entry.bytes);
     plan.ranks.push_back(entry);
   }
   plan.node_bytes = bytes_of_node(writer, other, request);

@@ -206,24 +206,26 @@ void SwapPlan::add_ranks() {
   std::vector<Extents::SliceCoord> offsets;
   for (const SliceTaps& slice : scored_.slices.slices()) offsets.push_back(slice.offset);
   const SwapSizes sizes = this->sizes();
-  const std::vector<int> looked_at = ranks_to_look_at(plan_.request.ranks);
+  const std::vector<Rank> looked_at = ranks_to_look_at(plan_.request.ranks);
   double writer = 0;
   double other = 0;
-  for (const int rank : looked_at) {
-    const HaloPlan halo(extents_, offsets, partition_, rank);
+  for (const Rank rank : looked_at) {
+    const Distribution distribution(partition_, rank);
+    const HaloPlan halo(extents_, offsets, distribution);
     plan_.exchange.slice_updates += as_double(halo.messages_per_sweep());
-    std::set<int> peers;
-    for (SliceIndex slice = partition_.begin(rank); slice < partition_.end(rank); ++slice) {
+    std::set<Rank> peers;
+    for (const SliceIndex slice : distribution.own_slices()) {
       peers.insert(halo.listeners(slice).begin(), halo.listeners(slice).end());
     }
     // One message for each peer and class, where as many slices are told.
     plan_.exchange.messages +=
         std::min(as_double(halo.messages_per_sweep()), as_double(std::ssize(peers)) * as_double(plan_.num_classes));
-    PlanRank entry{rank, partition_.count(rank), std::ssize(halo.needed()), 0};
+    PlanRank entry{rank, distribution.num_own(), std::ssize(halo.needed()), 0};
     const PlanMemory memory = swap_memory(sizes, scored_, judged_, extents_.num_slices(), plan_.request, entry);
     entry.bytes = memory.peak();
     if (entry.bytes > plan_.most.peak()) plan_.most = memory;
-    (rank == 0 ? writer : other) = std::max(rank == 0 ? writer : other, entry.bytes);
+    double& most = rank == Rank(0) ? writer : other;
+    most = std::max(most, entry.bytes);
     plan_.ranks.push_back(entry);
   }
   plan_.node_bytes = bytes_of_node(writer, other, plan_.request);

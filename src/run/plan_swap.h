@@ -16,7 +16,7 @@ RunPlan plan_construct(const RunConfig& config, const PlanRequest& request);
 // What needs no more than the config.
 RunPlan plan_basis(const RunConfig& config, const PlanRequest& request);
 // All ranks, or some that stand for the rest, the first and the last among them: by symmetry all others are like them.
-std::vector<int> ranks_to_look_at(int ranks);
+std::vector<Rank> ranks_to_look_at(int ranks);
 // The run file, and what is on disk at a save.
 void add_file_sizes(const RunConfig& config, const std::vector<SliceDataset>& datasets, RunPlan& plan);
 double save_seconds(double run_file_bytes);

@@ -87,7 +87,7 @@ TEST(SwapOptimizer, SamePermutationsOnAnyRanksAndThreads) {
       engine.start();
       while (!engine.finished()) engine.step(0);
       engine.settle();
-      for (SliceIndex s = engine.partition().begin(world.rank()); s < engine.partition().end(world.rank()); ++s) {
+      for (const SliceIndex s : engine.distribution().own_slices()) {
         EXPECT_EQ(engine.permutation(s), expected[static_cast<std::size_t>(s)]) << "slice " << s;
       }
       ASSERT_EQ(engine.history().size(), expected_history.size());
@@ -115,10 +115,10 @@ TEST(SwapOptimizer, GoesOnFromEveryStepToTheSamePermutations) {
       const SwapState state = engine->state();
       std::vector<std::vector<std::uint32_t>> all(static_cast<std::size_t>(job.problem.extents.num_slices()));
       // Everybody learns every permutation, as from a run file.
-      const Partition& partition = engine->partition();
+      const Distribution& distribution = engine->distribution();
       std::vector<std::byte> sent;
       world.stream_to_root(
-          partition,
+          distribution,
           [&](SliceIndex slice, std::vector<std::byte>& block) {
             const auto bytes = std::as_bytes(std::span(engine->permutation(slice)));
             block.assign(bytes.begin(), bytes.end());
@@ -128,7 +128,7 @@ TEST(SwapOptimizer, GoesOnFromEveryStepToTheSamePermutations) {
             ids.resize(block.size() / sizeof(std::uint32_t));
             std::copy(block.begin(), block.end(), std::as_writable_bytes(std::span(ids)).begin());
           });
-      std::vector<SliceIndex> every(static_cast<std::size_t>(partition.num_slices()));
+      std::vector<SliceIndex> every(static_cast<std::size_t>(distribution.num_slices()));
       std::iota(every.begin(), every.end(), 0);
       world.stream_from_root(
           every,
@@ -144,7 +144,7 @@ TEST(SwapOptimizer, GoesOnFromEveryStepToTheSamePermutations) {
       engine = std::make_unique<SwapOptimizer>(job.problem, job.optimizer, source, world, pool);
       engine->restore(state, [&](SliceIndex slice) { return all[static_cast<std::size_t>(slice)]; });
     }
-    for (SliceIndex s = engine->partition().begin(world.rank()); s < engine->partition().end(world.rank()); ++s) {
+    for (const SliceIndex s : engine->distribution().own_slices()) {
       EXPECT_EQ(engine->permutation(s), expected[static_cast<std::size_t>(s)]) << "slice " << s;
     }
     EXPECT_EQ(engine->history().back().relative_error, expected_history.back().relative_error);
@@ -161,7 +161,7 @@ TEST(SwapOptimizer, KeepsTheSamplesOfEverySliceBitForBit) {
     engine.start();
     while (!engine.finished()) engine.step(0);
     const auto channels = static_cast<std::size_t>(source.channels());
-    for (SliceIndex s = engine.partition().begin(world.rank()); s < engine.partition().end(world.rank()); ++s) {
+    for (const SliceIndex s : engine.distribution().own_slices()) {
       const std::vector<float> list = source.list(s);
       const std::vector<float> samples = engine.samples(s);
       std::vector<bool> seen(list.size() / channels);

@@ -115,7 +115,7 @@ int main(int argc, char** argv) {
   const double end_s = cpu_s();
   const double elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   std::int64_t fingerprint = 0;
-  for (SliceIndex s = run.partition().begin(world.rank()); s < run.partition().end(world.rank()); ++s) {
+  for (const SliceIndex s : run.distribution().own_slices()) {
     std::uint64_t hash = static_cast<std::uint64_t>(s) + 0xCBF29CE484222325U;
     for (const std::uint32_t place : run.places(s)) hash = (hash ^ place) * 0x100000001B3U;
     fingerprint += static_cast<std::int64_t>(hash >> 32);

@@ -29,12 +29,12 @@ class SharedConstruction {
   Places places() const {
     std::vector<std::byte> own;
     std::size_t cells = 0;
-    for (SliceIndex slice = begin(); slice < end(); ++slice) {
+    for (const SliceIndex slice : own_slices()) {
       const auto bytes = std::as_bytes(std::span(run_.places(slice)));
       own.insert(own.end(), bytes.begin(), bytes.end());
     }
     const std::vector<std::byte> all = world_.gather_all(std::span<const std::byte>(own));
-    Places places(static_cast<std::size_t>(run_.partition().num_slices()));
+    Places places(static_cast<std::size_t>(run_.distribution().num_slices()));
     cells = all.size() / sizeof(std::uint32_t) / places.size();
     for (std::size_t slice = 0; slice < places.size(); ++slice) {
       places[slice].resize(cells);
@@ -49,8 +49,7 @@ class SharedConstruction {
       ASSERT_EQ(run_.places(slice), all[static_cast<std::size_t>(slice)]) << slice;
     }
   }
-  SliceIndex begin() const { return run_.partition().begin(world_.rank()); }
-  SliceIndex end() const { return run_.partition().end(world_.rank()); }
+  IndexRange<SliceIndex> own_slices() const { return run_.distribution().own_slices(); }
   int num_ranks() const { return world_.size(); }
 
  private:
@@ -140,8 +139,8 @@ TEST(SliceConstructionRanks, AskForTheSlicesThatTheyHold) {
       return alone->places(slice);
     });
     EXPECT_EQ(asked, run->slices_held());
-    for (SliceIndex slice = run.begin(); slice < run.end(); ++slice) {
-      EXPECT_EQ(asked.at(static_cast<std::size_t>(slice - run.begin())), slice);
+    for (const SliceIndex slice : run.own_slices()) {
+      EXPECT_EQ(asked.at(static_cast<std::size_t>(slice - run.own_slices().first())), slice);
     }
   }
 }
@@ -170,7 +169,7 @@ TEST(SliceConstructionRanks, SendNothingWhereSlicesAreNotCoupled) {
   for (const FilterSpec& filter : {plane, weak}) {
     SharedConstruction run(construct_problem("uncoupled", {7, 6, 7}, filter));
     EXPECT_FALSE(run->couples_slices());
-    EXPECT_EQ(std::ssize(run->slices_held()), run.end() - run.begin());
+    EXPECT_EQ(std::ssize(run->slices_held()), run.own_slices().size());
     run->start();
     run.finish();
     EXPECT_EQ(run->bytes_sent(), 0);
@@ -184,12 +183,12 @@ TEST(SliceConstructionRanks, SendWhatActsOnSlicesOfOthers) {
   EXPECT_TRUE(run->couples_slices());
   run->start();
   run.finish();
-  const bool has_others = run.num_ranks() > 1 && run.begin() < run.end();
+  const bool has_others = run.num_ranks() > 1 && run.own_slices().size() > 0;
   EXPECT_EQ(run->bytes_sent() > 0, has_others);
   EXPECT_EQ(run->messages_sent() > 0, has_others);
   // A pick is two cells; a slice is told to at most two other ranks.
   const std::int64_t picks = run->picks_done();
-  EXPECT_GE(picks, (run.end() - run.begin()) * 42);
+  EXPECT_GE(picks, run.own_slices().size() * 42);
   EXPECT_LE(run->bytes_sent(), 16 * picks + 64 * run->messages_sent());
 }
 

@@ -7,11 +7,10 @@
 #include <sstream>
 #include <type_traits>
 
+#include "noiseloom/core/distribution.h"
+
 namespace noiseloom {
 namespace {
-
-using Rank = Index<struct RankTag, int>;
-using LocalSlice = Index<struct LocalSliceTag, std::int32_t>;
 
 template <class A, class B>
 concept Comparable = requires(A a, B b) {
@@ -48,6 +47,30 @@ constexpr bool is_its_integer =
     sizeof(I) == sizeof(typename I::Integer) &&
     alignof(I) == alignof(typename I::Integer) && std::is_trivially_copyable_v<I>&& std::is_standard_layout_v<I>;
 static_assert(is_its_integer<Rank> && is_its_integer<LocalSlice>);
+
+template <class D>
+concept OwnerOfLocalSlice = requires(D d) {
+  d.owner(LocalSlice(0));
+};
+template <class D>
+concept OwnerOfRank = requires(D d) {
+  d.owner(Rank(0));
+};
+template <class D>
+concept SlicesOfSlice = requires(D d, SliceIndex slice) {
+  d.slices_of(slice);
+};
+template <class D>
+concept LocalFromLocal = requires(D d) {
+  d.local_slice_from_global(LocalSlice(0));
+};
+template <class D>
+concept GlobalFromGlobal = requires(D d, SliceIndex slice) {
+  d.global_slice_from_local(slice);
+};
+static_assert(!OwnerOfLocalSlice<Distribution> && !OwnerOfRank<Distribution> && !SlicesOfSlice<Distribution>);
+static_assert(!LocalFromLocal<Distribution> && !GlobalFromGlobal<Distribution>);
+static_assert(!std::is_constructible_v<Distribution, SliceIndex, int, SliceIndex>);
 
 template <class V, class Key>
 concept LookedIntoWith = requires(V v, Key key) {

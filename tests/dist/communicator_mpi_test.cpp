@@ -16,12 +16,12 @@ std::vector<std::byte> block_of(SliceIndex slice) {
 
 TEST(Communicator, StreamsBlocksToRootInSliceOrder) {
   const Communicator world = Communicator::world();
-  const Partition partition(13, world.size());
+  const Distribution distribution(13, world.size(), world.rank());
   SliceIndex next = 0;
   world.stream_to_root(
-      partition,
+      distribution,
       [&](SliceIndex slice, std::vector<std::byte>& block) {
-        EXPECT_EQ(partition.owner(slice), world.rank());
+        EXPECT_TRUE(distribution.owns(slice));
         block = block_of(slice);
       },
       [&](SliceIndex slice, std::span<const std::byte> block) {
@@ -34,10 +34,10 @@ TEST(Communicator, StreamsBlocksToRootInSliceOrder) {
 }
 
 // Wanted by rank r of 9 slices: those that r + 2 divides. Some slices nobody wants, some several ranks.
-std::vector<SliceIndex> wanted_by(int rank) {
+std::vector<SliceIndex> wanted_by(Rank rank) {
   std::vector<SliceIndex> wanted;
   for (SliceIndex slice = 0; slice < 9; ++slice) {
-    if (slice % (rank + 2) == 0) wanted.push_back(slice);
+    if (slice % (rank.value() + 2) == 0) wanted.push_back(slice);
   }
   return wanted;
 }
@@ -63,8 +63,8 @@ TEST(Communicator, StreamsBlocksFromRootToTheRanksThatWantThem) {
   EXPECT_EQ(consumed, wanted);
   std::vector<SliceIndex> expected;  // on rank 0 each that anybody wants, once
   for (SliceIndex slice = 0; world.is_root() && slice < 9; ++slice) {
-    for (int rank = 0; rank < world.size(); ++rank) {
-      if (slice % (rank + 2) != 0) continue;
+    for (const Rank rank : world.ranks()) {
+      if (slice % (rank.value() + 2) != 0) continue;
       expected.push_back(slice);
       break;
     }
@@ -74,13 +74,13 @@ TEST(Communicator, StreamsBlocksFromRootToTheRanksThatWantThem) {
 
 TEST(Communicator, FailuresInAStreamFromRootReachEveryRank) {
   const Communicator world = Communicator::world();
-  const int last = world.size() - 1;
+  const Rank last(world.size() - 1);
   for (const bool producer : {true, false}) {
     SCOPED_TRACE(producer ? "producer" : "consumer");
     std::vector<SliceIndex> consumed;
     try {
       world.stream_from_root(
-          wanted_by(0),
+          wanted_by(Communicator::root),
           [&](SliceIndex slice, std::vector<std::byte>& block) {
             if (producer && slice == 4) throw UserError("run.h5", "no such slice");
             block = block_of(slice);
@@ -97,7 +97,7 @@ TEST(Communicator, FailuresInAStreamFromRootReachEveryRank) {
     if (producer || world.rank() == last) {
       EXPECT_EQ(consumed, (std::vector<SliceIndex>{0, 2}));
     } else {
-      EXPECT_EQ(consumed, wanted_by(0));
+      EXPECT_EQ(consumed, wanted_by(Communicator::root));
     }
     world.barrier();
   }
@@ -105,7 +105,7 @@ TEST(Communicator, FailuresInAStreamFromRootReachEveryRank) {
 
 TEST(Communicator, FailureOfOneRankIsThrownOnAll) {
   const Communicator world = Communicator::world();
-  const int failing = world.size() - 1;
+  const Rank failing(world.size() - 1);
   try {
     world.together([&] {
       if (world.rank() == failing) throw UserError("run.toml:3", "no such thing");
@@ -120,10 +120,10 @@ TEST(Communicator, FailureOfOneRankIsThrownOnAll) {
 
 TEST(Communicator, FailureOfTheConsumerDrainsTheStream) {
   const Communicator world = Communicator::world();
-  const Partition partition(11, world.size());
+  const Distribution distribution(11, world.size(), world.rank());
   const auto stream = [&] {
     world.stream_to_root(
-        partition, [](SliceIndex slice, std::vector<std::byte>& block) { block = block_of(slice); },
+        distribution, [](SliceIndex slice, std::vector<std::byte>& block) { block = block_of(slice); },
         [](SliceIndex slice, std::span<const std::byte>) {
           if (slice == 3) throw EnvironmentError("no space left");
         });
@@ -134,13 +134,13 @@ TEST(Communicator, FailureOfTheConsumerDrainsTheStream) {
 
 TEST(Communicator, FailureOfAProducerReachesTheConsumerAndEveryRank) {
   const Communicator world = Communicator::world();
-  const Partition partition(11, world.size());
+  const Distribution distribution(11, world.size(), world.rank());
   for (const SliceIndex bad : {0, 5, 10}) {
     SCOPED_TRACE("slice " + std::to_string(bad));
     SliceIndex consumed = 0;
     try {
       world.stream_to_root(
-          partition,
+          distribution,
           [&](SliceIndex slice, std::vector<std::byte>& block) {
             if (slice == bad) throw EnvironmentError("no memory for slice " + std::to_string(slice));
             block = block_of(slice);
@@ -163,7 +163,7 @@ TEST(Communicator, GathersInSliceOrderWithEmptyRanks) {
   for (const SliceIndex slices : {1, 2, 17}) {
     const Partition partition(slices, world.size());
     std::vector<double> own;
-    for (SliceIndex s = partition.begin(world.rank()); s < partition.end(world.rank()); ++s) own.push_back(3.0 * s);
+    for (const SliceIndex s : Distribution(partition, world.rank()).own_slices()) own.push_back(3.0 * s);
     const std::vector<double> all = world.gather_all(partition, own);
     ASSERT_EQ(static_cast<SliceIndex>(all.size()), slices);
     for (SliceIndex s = 0; s < slices; ++s) EXPECT_EQ(all[static_cast<std::size_t>(s)], 3.0 * s);
@@ -172,7 +172,7 @@ TEST(Communicator, GathersInSliceOrderWithEmptyRanks) {
 
 TEST(Communicator, GathersWordsAndBytesInTheOrderOfRanks) {
   const Communicator world = Communicator::world();
-  const auto rank = static_cast<std::uint64_t>(world.rank());
+  const auto rank = static_cast<std::uint64_t>(world.rank().value());
   const std::vector<std::uint64_t> words{rank, rank * rank + (std::uint64_t{1} << 40)};
   const auto all_words = world.gather_all(std::span<const std::uint64_t>(words));
   const std::vector<std::byte> bytes(rank % 3, static_cast<std::byte>(rank));  // some ranks give none
@@ -189,7 +189,7 @@ TEST(Communicator, GathersWordsAndBytesInTheOrderOfRanks) {
 
 TEST(Communicator, FindsTheLeastPair) {
   const Communicator world = Communicator::world();
-  const auto rank = static_cast<std::uint64_t>(world.rank());
+  const auto rank = static_cast<std::uint64_t>(world.rank().value());
   const auto last = static_cast<std::uint64_t>(world.size() - 1);
   using Pair = std::array<std::uint64_t, 2>;
   EXPECT_EQ(world.least({7 + rank, 5}), (Pair{7, 5}));

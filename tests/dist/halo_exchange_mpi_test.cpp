@@ -24,15 +24,15 @@ TEST(HaloExchange, DeliversNeededSlicesOnceWithTheirSwaps) {
     const Extents extents({3, 3, 11});
     std::vector<Extents::SliceCoord> offsets;
     for (int t = -reach; t <= reach; ++t) offsets.push_back({t});
-    const Partition partition(11, world.size());
-    const HaloPlan plan(extents, offsets, partition, world.rank());
-    HaloExchange exchange(world, plan, partition);
+    const Distribution distribution(11, world.size(), world.rank());
+    const HaloPlan plan(extents, offsets, distribution);
+    HaloExchange exchange(world, plan, distribution);
     for (std::uint32_t step = 1; step <= 3; ++step) {
       std::vector<SliceIndex> moved;
       for (SliceIndex slice = static_cast<SliceIndex>(step) % 2; slice < 11; slice += 2) moved.push_back(slice);
       std::vector<SliceSwaps> own;
       for (const SliceIndex slice : moved) {
-        if (partition.owner(slice) == world.rank()) own.push_back({slice, swaps_of(slice, step)});
+        if (distribution.owns(slice)) own.push_back({slice, swaps_of(slice, step)});
       }
       exchange.begin(moved, own);
       std::map<SliceIndex, std::vector<Swap>> heard;
@@ -66,14 +66,14 @@ TEST(HaloExchange, MessagesOfAnUnwoundExchangeStayWhole) {
   const Communicator world = Communicator::world();
   const Extents extents({3, 3, 11});
   const std::vector<Extents::SliceCoord> offsets{{-1}, {1}};
-  const Partition partition(11, world.size());
-  const HaloPlan plan(extents, offsets, partition, world.rank());
-  const SliceIndex moving = partition.end(0) - 1;
+  const Distribution distribution(11, world.size(), world.rank());
+  const HaloPlan plan(extents, offsets, distribution);
+  const SliceIndex moving = distribution.slices_of(Communicator::root).past_last() - 1;
   std::vector<Swap> swaps(std::size_t{1} << 20);
   for (std::uint32_t k = 0; k < swaps.size(); ++k) swaps[k] = {k, k * 7919};
   if (world.is_root()) {
     {
-      HaloExchange given_up(world, plan, partition);
+      HaloExchange given_up(world, plan, distribution);
       given_up.begin(std::vector<SliceIndex>{moving}, std::vector<SliceSwaps>{{moving, swaps}});
     }
     const std::vector<std::uint64_t> others(swaps.size() + 1, ~std::uint64_t{0});  // takes memory that was given back
@@ -81,7 +81,7 @@ TEST(HaloExchange, MessagesOfAnUnwoundExchangeStayWhole) {
     EXPECT_EQ(others.back(), ~std::uint64_t{0});
     return;
   }
-  HaloExchange exchange(world, plan, partition);
+  HaloExchange exchange(world, plan, distribution);
   exchange.begin(std::vector<SliceIndex>{moving}, {});
   const bool needed = exchange.pending(moving);
   bool heard = false;

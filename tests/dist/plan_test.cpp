@@ -1,9 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 
-#include "noiseloom/core/partition.h"
+#include "noiseloom/core/distribution.h"
 #include "noiseloom/dist/halo_plan.h"
 
 namespace noiseloom {
@@ -18,7 +19,29 @@ TEST(Partition, CoversEverySliceOnceInOrder) {
       for (int rank = 0; rank < ranks; ++rank) {
         EXPECT_LE(partition.count(rank), (slices + ranks - 1) / ranks);
         for (SliceIndex slice = partition.begin(rank); slice < partition.end(rank); ++slice) {
-          EXPECT_EQ(partition.owner(slice), rank);
+          EXPECT_EQ(partition.part_of(slice), rank);
+        }
+      }
+    }
+  }
+}
+
+TEST(Distribution, SeesTheSamePartsFromEveryRank) {
+  for (const SliceIndex slices : {1, 31, 101}) {
+    for (int num_ranks = 1; num_ranks <= 64; ++num_ranks) {
+      const Partition partition(slices, num_ranks);
+      for (const Rank rank : first_indices<Rank>(num_ranks)) {
+        const Distribution distribution(partition, rank);
+        EXPECT_EQ(distribution.num_own(), partition.count(rank.value()));
+        for (SliceIndex slice = 0; slice < slices; ++slice) {
+          EXPECT_EQ(distribution.owner(slice), Rank(partition.part_of(slice)));
+          EXPECT_EQ(distribution.owns(slice), distribution.owner(slice) == rank);
+        }
+        LocalSlice local;
+        for (const SliceIndex slice : distribution.own_slices()) {
+          EXPECT_EQ(distribution.local_slice_from_global(slice), local);
+          EXPECT_EQ(distribution.global_slice_from_local(local), slice);
+          ++local;
         }
       }
     }
@@ -38,24 +61,26 @@ class HaloPlans : public testing::TestWithParam<std::pair<int, int>> {};
 TEST_P(HaloPlans, SendWhatPeersReceive) {
   const Extents extents({2, 2, 7, 5});
   const auto offsets = within(GetParam().first, GetParam().second);
-  for (int ranks = 1; ranks <= 64; ++ranks) {
-    const Partition partition(extents.num_slices(), ranks);
-    std::vector<HaloPlan> plans;
-    for (int rank = 0; rank < ranks; ++rank) plans.emplace_back(extents, offsets, partition, rank);
-    for (int rank = 0; rank < ranks; ++rank) {
+  for (int num_ranks = 1; num_ranks <= 64; ++num_ranks) {
+    const Partition partition(extents.num_slices(), num_ranks);
+    const IndexRange<Rank> ranks = first_indices<Rank>(num_ranks);
+    IndexedVector<Rank, std::optional<HaloPlan>> plans(static_cast<std::size_t>(num_ranks));
+    for (const Rank rank : ranks) plans[rank].emplace(extents, offsets, Distribution(partition, rank));
+    for (const Rank rank : ranks) {
       // What a rank needs, found the slow way.
+      const Distribution distribution(partition, rank);
       std::set<SliceIndex> needed;
-      for (SliceIndex slice = partition.begin(rank); slice < partition.end(rank); ++slice) {
+      for (const SliceIndex slice : distribution.own_slices()) {
         for (const auto& offset : offsets) {
           const SliceIndex other = extents.slice_at(slice, offset);
-          if (partition.owner(other) != rank) needed.insert(other);
+          if (distribution.owner(other) != rank) needed.insert(other);
         }
       }
-      const auto& plan = plans[static_cast<std::size_t>(rank)];
+      const HaloPlan& plan = *plans[rank];
       EXPECT_TRUE(std::equal(needed.begin(), needed.end(), plan.needed().begin(), plan.needed().end()));
-      for (int peer = 0; peer < ranks; ++peer) {
-        for (SliceIndex slice = partition.begin(peer); slice < partition.end(peer); ++slice) {
-          const auto& listeners = plans[static_cast<std::size_t>(peer)].listeners(slice);
+      for (const Rank peer : ranks) {
+        for (const SliceIndex slice : distribution.slices_of(peer)) {
+          const auto& listeners = plans[peer]->listeners(slice);
           EXPECT_EQ(std::binary_search(listeners.begin(), listeners.end(), rank), needed.contains(slice));
         }
       }
@@ -72,25 +97,24 @@ TEST(HaloPlan, OfALongRingTakesNoTimeForEveryOffset) {
   const int reach = 3500;
   const Extents extents({1, 1, slices});
   const auto offsets = within(reach, 0);
-  const Partition halves(slices, 2);
-  const HaloPlan half(extents, offsets, halves, 0);
+  const HaloPlan half(extents, offsets, {slices, 2, Rank(0)});
   EXPECT_EQ(std::ssize(half.needed()), 2 * reach);
   EXPECT_EQ(half.needed().front(), slices / 2);
   EXPECT_EQ(half.needed().back(), slices - 1);
   EXPECT_EQ(half.messages_per_sweep(), 2 * reach);
-  EXPECT_EQ(half.listeners(reach - 1), std::vector<int>{1});
+  EXPECT_EQ(half.listeners(reach - 1), std::vector<Rank>{Rank(1)});
   EXPECT_TRUE(half.listeners(reach).empty());
-  const Partition many(slices, 500);  // of 2000 slices: a reach of 3500 tells two ranks on either side
-  const HaloPlan one(extents, offsets, many, 250);
+  const Distribution many(slices, 500, Rank(250));  // of 2000 slices: a reach of 3500 tells two ranks on either side
+  const HaloPlan one(extents, offsets, many);
+  const SliceIndex first = many.own_slices().first();
   EXPECT_EQ(std::ssize(one.needed()), 2 * reach);
-  EXPECT_EQ(one.listeners(many.begin(250)), (std::vector<int>{248, 249, 251}));
-  EXPECT_EQ(one.listeners(many.begin(250) + 1999), (std::vector<int>{249, 251, 252}));
+  EXPECT_EQ(one.listeners(first), (std::vector<Rank>{Rank(248), Rank(249), Rank(251)}));
+  EXPECT_EQ(one.listeners(first + 1999), (std::vector<Rank>{Rank(249), Rank(251), Rank(252)}));
 }
 
 TEST(HaloPlan, NothingIsSentWithoutCoupling) {
   const Extents extents({3, 3, 11});
-  const Partition partition(11, 4);
-  const HaloPlan plan(extents, within(0, 0), partition, 1);
+  const HaloPlan plan(extents, within(0, 0), {11, 4, Rank(1)});
   EXPECT_TRUE(plan.needed().empty());
   EXPECT_EQ(plan.messages_per_sweep(), 0);
 }

@@ -33,7 +33,7 @@ bool never(int) { return false; }
 
 TEST(LoopOnRanks, ASignalToOneRankStopsAll) {
   LoopOfRanks loop;
-  const int victim = loop.communicator.size() - 1;
+  const Rank victim(loop.communicator.size() - 1);
   loop.job.after_step = [&](int step) {
     if (step == 5 && loop.communicator.rank() == victim) loop.world.signal = SIGUSR1;
   };

@@ -109,8 +109,8 @@ TEST(Plan, RanksThatAreLookedAtStandForAll) {
   for (const SliceTaps& slice : footprint.slices()) offsets.push_back(slice.offset);
   const Partition partition(960, 240);
   std::int64_t updates = 0;
-  for (int rank = 0; rank < 240; ++rank) {
-    updates += HaloPlan(config.problem.extents, offsets, partition, rank).messages_per_sweep();
+  for (const Rank rank : first_indices<Rank>(240)) {
+    updates += HaloPlan(config.problem.extents, offsets, {partition, rank}).messages_per_sweep();
   }
   EXPECT_EQ(plan.exchange.slice_updates, static_cast<double>(updates));
 }

@@ -118,7 +118,7 @@ class AloneConstruction {
   SliceConstruction* operator->() { return &run_; }
   oracle::SliceConstructionOracle::Places places() const {
     oracle::SliceConstructionOracle::Places all;
-    for (SliceIndex slice = 0; slice < run_.partition().num_slices(); ++slice) all.push_back(run_.places(slice));
+    for (SliceIndex slice = 0; slice < run_.distribution().num_slices(); ++slice) all.push_back(run_.places(slice));
     return all;
   }
   void finish() {

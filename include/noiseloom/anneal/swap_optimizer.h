@@ -86,7 +86,7 @@ class SwapOptimizer {
   bool row_is_planned_after(std::int64_t sweeps) const;
   double relative_error();  // score_now(), then last_score(). *Collective*
 
-  const Partition& partition() const;
+  const Distribution& distribution() const;
   const HaloPlan& halo() const;
   std::int64_t num_classes() const;
   bool couples_slices() const;

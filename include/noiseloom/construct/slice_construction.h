@@ -83,7 +83,7 @@ class SliceConstruction {
   // The share of the whole run that is done, by the number of picks.
   double fraction() const;
 
-  const Partition& partition() const;
+  const Distribution& distribution() const;
   // Of a slice that slices_held() names, [y][x]: the place of every pixel, or one of the two entries above.
   const std::vector<std::uint32_t>& places(SliceIndex slice) const;
 

@@ -1,4 +1,4 @@
-// The shape of a texture and the one index language of the project.
+// The shape of a texture, and how its cells and slices are numbered.
 //
 // Axis 0 is x, axis 1 is y; the rest are the slice axes. The first axis varies fastest everywhere:
 //   cell  = x + X * y                        position inside a slice (int64)
@@ -13,19 +13,11 @@
 #include <vector>
 
 #include "noiseloom/core/error.h"
+#include "noiseloom/core/index.h"
 
 namespace noiseloom {
 
 using Cell = std::int64_t;
-using SliceIndex = std::int32_t;
-
-// Narrows an integer, checking that the value survives.
-template <class To, class From>
-To narrow(From value) {
-  const To result = static_cast<To>(value);
-  NOISELOOM_CHECK(static_cast<From>(result) == value && ((result < To{}) == (value < From{})));
-  return result;
-}
 
 class Extents {
  public:

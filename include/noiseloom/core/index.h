@@ -1,8 +1,13 @@
 // Numbers that name one thing of many: a type for each kind, so that a program that takes one for another does not
 // compile. An index costs what its integer costs, and a vector of indices lies in memory as one of integers does.
 //
-// What folders say to each other names things by such types; a loop that does arithmetic on positions takes the integer
-// out once and keeps it to itself. Counts, coordinates and the slices and cells that they make up are integers.
+//   Rank          a process of the run
+//   LocalSlice    a slice of a rank, counted from the rank's first (core/distribution.h)
+//   SliceIndex    a slice of the texture
+//
+// What folders say to each other names things by these types; a loop that does arithmetic on positions takes the
+// integer out once and keeps it to itself. Counts and coordinates are integers, and so is the slice of the texture,
+// which counts and coordinates make up: every other kind being a type, it can be mistaken for none of them.
 #pragma once
 
 #include <compare>
@@ -14,12 +19,20 @@
 #include <utility>
 #include <vector>
 
-#include "noiseloom/core/extents.h"
+#include "noiseloom/core/error.h"
 
 namespace noiseloom {
 
+// Narrows an integer, checking that the value survives.
+template <class To, class From>
+constexpr To narrow(From value) {
+  const To result = static_cast<To>(value);
+  NOISELOOM_CHECK(static_cast<From>(result) == value && ((result < To{}) == (value < From{})));
+  return result;
+}
+
 // A number of the kind `Tag`, held as an `Int`. It is made from an integer and read as one only where that is written
-// out: OrderPlace(0), place.value().
+// out: Rank(0), rank.value().
 template <class Tag, std::integral Int>
 class Index {
  public:
@@ -48,8 +61,11 @@ class Index {
   Int value_ = 0;
 };
 
-// Indices begin, ..., end - 1, or integers that count something, for loops: for (const Rank rank :
-// first_indices<Rank>(4)).
+using SliceIndex = std::int32_t;
+using Rank = Index<struct RankTag, int>;
+using LocalSlice = Index<struct LocalSliceTag, std::int32_t>;
+
+// Indices begin, ..., end - 1, or integers that count something: for (const Rank rank : first_indices<Rank>(4)).
 template <class I>
 class IndexRange {
  public:

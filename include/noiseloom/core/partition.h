@@ -1,22 +1,27 @@
-// Who owns which slice: contiguous blocks along the flattened slice axes. A plain value, computed without MPI.
+// A row of things, cut into parts: contiguous blocks. A plain value, computed without MPI.
 #pragma once
 
 #include "noiseloom/core/extents.h"
 
 namespace noiseloom {
 
-// The first num_slices % num_ranks ranks own one slice more than the rest; with more ranks than slices the last ranks
-// own none. Requires num_ranks >= 1.
+// The parts are those of ranks, or of the threads of one. The first num_slices % num_ranks of them have one slice more
+// than the rest; where there are more parts than slices, the last ones have none. Requires num_ranks >= 1. What belongs
+// to which rank is asked of a Distribution (core/distribution.h), which takes nothing for a rank that is none.
 class Partition {
  public:
   Partition(SliceIndex num_slices, int num_ranks);
 
   SliceIndex num_slices() const { return num_slices_; }
   int num_ranks() const { return num_ranks_; }
-  SliceIndex begin(int rank) const;
-  SliceIndex end(int rank) const { return begin(rank + 1); }
-  SliceIndex count(int rank) const { return end(rank) - begin(rank); }
-  int owner(SliceIndex slice) const;
+  SliceIndex begin(int part) const;
+  SliceIndex end(int part) const { return begin(part + 1); }
+  SliceIndex count(int part) const { return end(part) - begin(part); }
+  int part_of(SliceIndex slice) const;
+
+  SliceIndex begin(Rank rank) const { return begin(rank.value()); }
+  SliceIndex end(Rank rank) const { return end(rank.value()); }
+  SliceIndex count(Rank rank) const { return count(rank.value()); }
 
  private:
   SliceIndex num_slices_;

@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "noiseloom/core/distribution.h"
 #include "noiseloom/core/error.h"
-#include "noiseloom/core/partition.h"
 
 namespace noiseloom {
 
@@ -38,6 +38,8 @@ class SharedEnvironmentError : public EnvironmentError {
 
 class Communicator {
  public:
+  static constexpr Rank root{0};
+
   // Duplicates MPI_COMM_WORLD. *Collective*
   static Communicator world();
   // This process alone.
@@ -45,9 +47,10 @@ class Communicator {
   ~Communicator();
   Communicator(Communicator&&) noexcept;
 
-  int rank() const;
+  Rank rank() const;
   int size() const;
-  bool is_root() const { return rank() == 0; }
+  IndexRange<Rank> ranks() const { return first_indices<Rank>(size()); }
+  bool is_root() const { return rank() == root; }
   // Ranks that share this rank's memory (its node). *Collective*
   int ranks_on_node() const;
 
@@ -80,7 +83,7 @@ class Communicator {
   // Streams the block of bytes of every slice, in slice order, from its owner to rank 0. `produce` is called on the
   // owner, `consume` on rank 0; memory for one slice at a time. Where a `produce` throws, nothing more is consumed;
   // where one or `consume` throws, the rest is drained, then every rank throws as agree() does. *Collective*
-  void stream_to_root(const Partition& partition,
+  void stream_to_root(const Distribution& distribution,
                       const std::function<void(SliceIndex, std::vector<std::byte>&)>& produce,
                       const std::function<void(SliceIndex, std::span<const std::byte>)>& consume) const;
   // The other way: every rank names the slices that it wants (ascending, each once), and those alone are sent to it.
@@ -96,7 +99,7 @@ class Communicator {
  private:
   explicit Communicator(std::unique_ptr<Impl> impl);
   // On rank 0 what all ranks want, as (slice, rank), sorted; nothing elsewhere. *Collective*
-  std::vector<std::pair<SliceIndex, int>> requests_at_root(std::span<const SliceIndex> wanted) const;
+  std::vector<std::pair<SliceIndex, Rank>> requests_at_root(std::span<const SliceIndex> wanted) const;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -17,7 +17,7 @@ namespace noiseloom {
 class HaloExchange {
  public:
   // The communicator and the plan must outlive the exchange.
-  HaloExchange(const Communicator& communicator, const HaloPlan& plan, const Partition& partition);
+  HaloExchange(const Communicator& communicator, const HaloPlan& plan, const Distribution& distribution);
   ~HaloExchange();
   HaloExchange(const HaloExchange&) = delete;
   HaloExchange& operator=(const HaloExchange&) = delete;

@@ -44,7 +44,7 @@ struct PlanMemory {
 };
 
 struct PlanRank {
-  int rank;
+  Rank rank;
   std::int64_t slices;
   std::int64_t halo_slices;
   double bytes;  // peak
