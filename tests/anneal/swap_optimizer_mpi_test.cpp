@@ -5,6 +5,7 @@
 
 #include <numeric>
 
+#include "noiseloom/anneal/tile_grid.h"
 #include "support/filter_specs.h"
 
 namespace noiseloom {
@@ -54,6 +55,13 @@ std::vector<Case> cases() {
   uncoupled.problem.filter.groups = {group({0, 1}, box(5))};
   uncoupled.optimizer.stop.iterations = 5;
   all.push_back(uncoupled);
+
+  Case tiles{"tiles", {}, {}};
+  tiles.problem.extents = Extents({131, 97, 2});
+  tiles.problem.filter.groups = {group({0, 1}, box(3))};
+  tiles.optimizer.stop.iterations = 2;
+  EXPECT_GT(TileGrid(Footprint(tiles.problem.extents, tiles.problem.filter), 2).num_tiles(), 1);
+  all.push_back(tiles);
   return all;
 }
 

@@ -4,11 +4,10 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
+#include "fuzz/seeds.h"
 #include "noiseloom/config/config.h"
 #include "noiseloom/core/error.h"
 
@@ -61,12 +60,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-#ifndef NOISELOOM_LIBFUZZER
-namespace {
-
 // Together they have every type of setting, every way to write a table, and overrides.
-const std::string seeds[] = {
-    R"([texture]
+std::vector<std::string> noiseloom::fuzz::seeds() {
+  return {
+      R"([texture]
 size = { x = 7, y = 5, t = 3 }
 samples = "uniform"
 seed = 1
@@ -81,7 +78,7 @@ sigma_s = 2
 stop = { time = "1m10s" }
 temperature = { start = 1, end = 1e-3 }
 )",
-    R"([texture]
+      R"([texture]
 size = { x = 4, y = 4, view = 2 }
 [[filter.groups]]
 axes = "xy"
@@ -93,12 +90,12 @@ bits = 8
 equalize = "slice"
 density = 0.25
 )",
-    std::string(R"(texture = { size.x = 2, size.y = 2, samples = { file = "a.npy", distance = "angle" } }
+      std::string(R"(texture = { size.x = 2, size.y = 2, samples = { file = "a.npy", distance = "angle" } }
 filter.groups = [ { axes = "xy", kernel = "table", file = '/taps.npy' } ]
 optimizer = { method = "fast", grow_fraction = false, fraction = 0.5 }
 )") + "\x1etexture.seed=2\x1e" +
-        "filter.groups[0]={ axes='xy', kernel='binomial', n=2 }\x1eoptimizer.stop.score=0.1",
-    "\xef\xbb\xbf# all of TOML\r\n" + std::string(R"(a = """x
+          "filter.groups[0]={ axes='xy', kernel='binomial', n=2 }\x1eoptimizer.stop.score=0.1",
+      "\xef\xbb\xbf# all of TOML\r\n" + std::string(R"(a = """x
 \u00e9"""
 b = '''y'''
 c = [1, [2.5e3, { d.e = 1979-05-27T07:32:00Z }]]
@@ -108,26 +105,4 @@ g = -inf
 [i.j]
 [[k]]
 )")};
-
-void write_seeds(const std::string& folder) {
-  for (std::size_t i = 0; i < std::size(seeds); ++i) {
-    std::ofstream(folder + "/seed" + std::to_string(i), std::ios::binary) << seeds[i];
-  }
 }
-
-}  // namespace
-
-int main(int argc, char** argv) {
-  if (argc == 3 && std::string(argv[1]) == "--seeds") {
-    write_seeds(argv[2]);
-    return 0;
-  }
-  for (int i = 1; i < argc; ++i) {
-    std::ifstream in(argv[i], std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-    LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
-  }
-  std::printf("%d files tried\n", argc - 1);
-  return 0;
-}
-#endif

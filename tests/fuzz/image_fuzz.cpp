@@ -15,7 +15,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-#ifndef NOISELOOM_LIBFUZZER
 namespace {
 
 std::string seed(int config, const std::string& name, noiseloom::ImageFormat format, noiseloom::PixelType type,
@@ -42,22 +41,18 @@ std::string text_seed(int config, unsigned char layout, const std::string& text)
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  using namespace noiseloom;
-  return fuzz::run(
-      argc, argv,
-      {seed(0, "s.png", ImageFormat::png, PixelType::uint8, 1, 1),
-       seed(1, "s.png", ImageFormat::png, PixelType::uint16, 3, 2),
-       seed(3, "s.tif", ImageFormat::tiff, PixelType::uint8, 1, 2),
-       seed(4, "s.tif", ImageFormat::tiff, PixelType::float32, 2, 1),
-       seed(1, "s.exr", ImageFormat::exr, PixelType::float32, 2, 2),
-       seed(0, "s.exr", ImageFormat::exr, PixelType::float32, 1, 1),
-       seed(4, "s.hdr", ImageFormat::hdr, PixelType::float32, 3, 1),
-       text_seed(0, 0, "P5 4 3 255\n" + std::string(12, 'x')),
-       text_seed(0, 0, "P2\n# two\n4 3\n9\n1 2 3 4 5 6 7 8 9 1 2 3\n"),
-       text_seed(0, 128, std::string("\0\0\3\0\0\0\0\0\0\0\0\0\4\0\3\0\10\0", 18) + std::string(12, 'x')),
-       text_seed(0, 0,
-                 "BM" + std::string("\x42\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\4\0\0\0\3\0\0\0\1\0\x18\0", 28) +
-                     std::string(24 + 36, '\1'))});
+std::vector<std::string> noiseloom::fuzz::seeds() {
+  return {seed(0, "s.png", ImageFormat::png, PixelType::uint8, 1, 1),
+          seed(1, "s.png", ImageFormat::png, PixelType::uint16, 3, 2),
+          seed(3, "s.tif", ImageFormat::tiff, PixelType::uint8, 1, 2),
+          seed(4, "s.tif", ImageFormat::tiff, PixelType::float32, 2, 1),
+          seed(1, "s.exr", ImageFormat::exr, PixelType::float32, 2, 2),
+          seed(0, "s.exr", ImageFormat::exr, PixelType::float32, 1, 1),
+          seed(4, "s.hdr", ImageFormat::hdr, PixelType::float32, 3, 1),
+          text_seed(0, 0, "P5 4 3 255\n" + std::string(12, 'x')),
+          text_seed(0, 0, "P2\n# two\n4 3\n9\n1 2 3 4 5 6 7 8 9 1 2 3\n"),
+          text_seed(0, 128, std::string("\0\0\3\0\0\0\0\0\0\0\0\0\4\0\3\0\10\0", 18) + std::string(12, 'x')),
+          text_seed(0, 0,
+                    "BM" + std::string("\x42\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\4\0\0\0\3\0\0\0\1\0\x18\0", 28) +
+                        std::string(24 + 36, '\1'))};
 }
-#endif

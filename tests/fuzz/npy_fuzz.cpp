@@ -19,7 +19,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-#ifndef NOISELOOM_LIBFUZZER
 namespace {
 
 std::string seed(int config, const std::string& type, const std::string& order, const std::string& shape,
@@ -35,10 +34,8 @@ std::string seed(int config, const std::string& type, const std::string& order, 
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return noiseloom::fuzz::run(argc, argv,
-                              {seed(0, "<f4", "False", "(3, 4)", 48), seed(1, ">f2", "True", "(2, 3, 4, 2)", 96),
-                               seed(2, "<f8", "False", "(4, 4, 4, 3)", 1536), seed(3, "|u1", "False", "(2, 3, 4)", 24),
-                               seed(4, "<i8", "True", "(3, 4)", 96), seed(0, "<u2", "False", "(1, 3, 4, 1)", 24)});
+std::vector<std::string> noiseloom::fuzz::seeds() {
+  return {seed(0, "<f4", "False", "(3, 4)", 48),         seed(1, ">f2", "True", "(2, 3, 4, 2)", 96),
+          seed(2, "<f8", "False", "(4, 4, 4, 3)", 1536), seed(3, "|u1", "False", "(2, 3, 4)", 24),
+          seed(4, "<i8", "True", "(3, 4)", 96),          seed(0, "<u2", "False", "(1, 3, 4, 1)", 24)};
 }
-#endif

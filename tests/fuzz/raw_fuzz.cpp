@@ -17,7 +17,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-#ifndef NOISELOOM_LIBFUZZER
 namespace {
 
 std::string seed(int config, int type, const std::string& json, std::size_t bytes) {
@@ -37,11 +36,11 @@ std::string description(const std::string& type, const std::string& shape, const
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return noiseloom::fuzz::run(
-      argc, argv,
-      {seed(4, 0, description("uint8", "[2, 3, 4, 2]", "[0, 1]"), 48),
-       seed(4, 0, description("float32", "[2, 3, 4, 2]", "[-1, 1]"), 192), seed(1, 0, "{\"other\": [1, 2]}", 96),
-       seed(0, 4, "", 24), seed(0, 0, "", 12), seed(2, 6, "", 1024)});
+std::vector<std::string> noiseloom::fuzz::seeds() {
+  return {seed(4, 0, description("uint8", "[2, 3, 4, 2]", "[0, 1]"), 48),
+          seed(4, 0, description("float32", "[2, 3, 4, 2]", "[-1, 1]"), 192),
+          seed(1, 0, "{\"other\": [1, 2]}", 96),
+          seed(0, 4, "", 24),
+          seed(0, 0, "", 12),
+          seed(2, 6, "", 1024)};
 }
-#endif

@@ -1,10 +1,6 @@
 // Run files that are anything: the reader throws, or gives what the file says; it never crashes and takes no memory
 // that the file does not account for. The digests are made to fit first: they are against damage, and would stop nearly
 // every input at once.
-//
-// With libFuzzer (see CMakeLists.txt here) this is a target; without, a program that tries files:
-//   run_file_fuzz --seeds FOLDER     writes small sound files to begin with
-//   run_file_fuzz FILE...            tries each
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -14,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "fuzz/reader_fuzz.h"
 #include "noiseloom/files/generations.h"
 #include "noiseloom/files/run_file.h"
 #include "support/run_file_digests.h"
@@ -69,10 +66,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 // HDF5 1.10 loses some hundred bytes of its own where it gives a damaged file up.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
 
-#ifndef NOISELOOM_LIBFUZZER
 namespace {
 
-void write_seed(const std::string& path, const Extents& extents, const std::vector<SliceDataset>& datasets) {
+std::string seed(const Extents& extents, const std::vector<SliceDataset>& datasets) {
   RunFileContent content;
   content.extents = extents;
   content.config = "[texture]\nsize = { x = 3, y = 2 }\n";
@@ -80,6 +76,7 @@ void write_seed(const std::string& path, const Extents& extents, const std::vect
   content.state = {{"sweep", std::int64_t{1}}, {"temperature", 0.5}, {"finished", std::string("iterations")}};
   content.history = {{"sweep", {1, 2}}, {"seconds", {0.5, 1.5}}};
   content.provenance = {{"version", std::string("0.1.0")}};
+  const std::string path = fuzz::folder().path() + "/seed.h5";
   RunFileWriter writer(posix_file_ops(), path, content);
   for (std::size_t dataset = 0; dataset < datasets.size(); ++dataset) {
     const std::vector<std::byte> bytes(bytes_per_slice(datasets[dataset], extents));
@@ -88,28 +85,14 @@ void write_seed(const std::string& path, const Extents& extents, const std::vect
     }
   }
   writer.publish();
-}
-
-void write_seeds(const std::string& folder) {
-  const SliceDataset samples{"/samples", ElementType::float32, 2, true};
-  write_seed(folder + "/swaps", Extents({3, 2, 2}), {samples, {"/state/permutation", ElementType::uint32, 1, false}});
-  write_seed(folder + "/order", Extents({3, 2, 2, 2}), {samples, {"/order", ElementType::uint64, 1, false}});
-  write_seed(folder + "/plain", Extents({1, 1}), {samples, {"/pdf", ElementType::float32, 1, false}});
+  return fuzz::bytes_of(path);
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  if (argc == 3 && std::string(argv[1]) == "--seeds") {
-    write_seeds(argv[2]);
-    return 0;
-  }
-  for (int i = 1; i < argc; ++i) {
-    std::ifstream in(argv[i], std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-    LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
-  }
-  std::printf("%d files tried\n", argc - 1);
-  return 0;
+std::vector<std::string> noiseloom::fuzz::seeds() {
+  const SliceDataset samples{"/samples", ElementType::float32, 2, true};
+  return {seed(Extents({3, 2, 2}), {samples, {"/state/permutation", ElementType::uint32, 1, false}}),
+          seed(Extents({3, 2, 2, 2}), {samples, {"/order", ElementType::uint64, 1, false}}),
+          seed(Extents({1, 1}), {samples, {"/pdf", ElementType::float32, 1, false}})};
 }
-#endif
