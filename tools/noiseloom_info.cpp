@@ -108,15 +108,15 @@ void print_progress(const OrderState& state, std::int64_t num_pixels) {
   } else {
     fmt::print("finished: every pixel has its place in the order\n");
   }
-  fmt::print("{} start points, {} swaps, {} of {} pixels ranked ({:.1f} %)\n", state.start_points, state.swaps,
-             state.ranked, num_pixels, 100 * static_cast<double>(state.ranked) / static_cast<double>(num_pixels));
+  fmt::print("{} start points, {} swaps, {} of {} pixels placed ({:.1f} %)\n", state.start_points, state.swaps,
+             state.placed, num_pixels, 100 * static_cast<double>(state.placed) / static_cast<double>(num_pixels));
 }
 
 void print_history(const OrderState& state) {
-  fmt::print("\n  phase        swaps         ranked    seconds\n");
+  fmt::print("\n  phase        swaps         placed    seconds\n");
   for (const OrderRow& row : state.history) {
     fmt::print("  {:<6} {:11} {:14}  {:9.1f}\n", vac_phase_name(static_cast<VacPhase>(row.phase)), row.swaps,
-               row.ranked, row.seconds);
+               row.placed, row.seconds);
   }
 }
 

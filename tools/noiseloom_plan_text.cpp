@@ -103,7 +103,7 @@ void add_exchange(const RunPlan& plan, Lines& lines) {
 void add_time(const RunPlan& plan, Lines& lines) {
   const PlanTime& time = plan.time;
   if (plan.method == "void-and-cluster") {
-    lines.add("phases", "swap: about {:.0f} swaps of {:.0f} points; drain: {:.0f} ranks; fill: {:.0f} ranks",
+    lines.add("phases", "swap: about {:.0f} swaps of {:.0f} points; drain: {:.0f} places; fill: {:.0f} places",
               plan.phases.swaps, plan.phases.points, plan.phases.points,
               static_cast<double>(plan.pixels) - plan.phases.points);
     lines.add("speed", "{:.3g} us a pick on one thread here, measured on {}{}", time.candidate_us,

@@ -76,7 +76,7 @@ void add_accuracy(CLI::App& app, int& status) {
   command->add_flag("--keep", options.keep, "Keep the run file of every point in DIR/runs (else deleted once scored)");
   command->footer(
       "Runs `noiseloom generate` again and again: more and fewer iterations, with anneal and with the paper's method\n"
-      "(fast); then cut-off, background rank and precision changed one at a time. Points run cheapest first; those "
+      "(fast); then cut-off, background features and precision changed one at a time. Points run cheapest first; those "
       "that\n"
       "would not fit into the budget are left out and listed. A point's seconds are the wall time of its whole "
       "process.\n"

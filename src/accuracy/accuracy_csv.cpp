@@ -89,6 +89,7 @@ class RowReader {
     }
     row.point.method = yes_no(0, "fast", "anneal") ? Method::fast : Method::anneal;
     row.point.setting = record_.fields[1];
+    if (row.point.setting == "background_rank") row.point.setting = "background_features";  // as older tables have it
     row.point.value = record_.fields[2];
     row.iterations = row.point.iterations = number<std::int64_t>(3, 1);
     row.seed = number<std::uint64_t>(4, 0);

@@ -217,8 +217,8 @@ std::string point_name(const AccuracyPoint& point) {
 std::string describe_point(const AccuracyPoint& point) {
   std::string text = method_name(point.method);
   if (point.iterations > 0) text += fmt::format(", {} iteration{}", point.iterations, point.iterations == 1 ? "" : "s");
-  if (point.setting == "background_rank")
-    text += ", background rank " + point.value;
+  if (point.setting == "background_features")
+    text += ", background features " + point.value;
   else if (point.is_knob())
     text += fmt::format(", {} {}", point.setting, point.value);
   return text;
@@ -244,9 +244,12 @@ AccuracyLadder accuracy_ladder(const RunConfig& config, const LadderTraits& trai
     if (cutoff != optimizer.cutoff) ladder.knobs.push_back({"cutoff", shortest_number(cutoff), 1});
   const double exact = optimizer.background_features == 0 ? 1 : traits.exact_cost;
   if (traits.background && optimizer.precision == Precision::float32)
-    for (const int rank : {0, 4, 8, 16, 32})
-      if (rank != optimizer.background_features)
-        ladder.knobs.push_back({"background_rank", std::to_string(rank), rank == 0 ? exact : rank == 32 ? 1.5 : 1});
+    for (const int count : {0, 4, 8, 16, 32})
+      if (count != optimizer.background_features)
+        ladder.knobs.push_back({"background_features", std::to_string(count),
+                                count == 0    ? exact
+                                : count == 32 ? 1.5
+                                              : 1});
   const bool is_double = optimizer.precision == Precision::float64;
   ladder.knobs.push_back({"precision", is_double ? "float" : "double", is_double ? 1 : double_cost * exact});
   return ladder;

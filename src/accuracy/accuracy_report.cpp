@@ -30,7 +30,7 @@ std::vector<const AccuracyRow*> by_seconds(const std::vector<AccuracyRow>& rows)
 std::string short_note(const AccuracyPoint& point, std::int64_t iterations) {
   if (!point.is_knob()) return std::to_string(iterations);
   if (point.setting == "precision") return point.value;
-  return (point.setting == "cutoff" ? "cutoff " : "rank ") + point.value;
+  return (point.setting == "cutoff" ? "cutoff " : "features ") + point.value;
 }
 
 // What each knob is, and what to expect of it.
@@ -43,7 +43,7 @@ constexpr KnobText knob_texts[] = {
     {"cutoff", "Footprint cut-off",
      "Taps of the filter's overlap below this fraction of the largest are left out of the energy. Fewer taps are "
      "quicker to visit; what is left out is not optimised."},
-    {"background_rank", "Rank of the background",
+    {"background_features", "Features of the background",
      "How many features stand for the other slices. Few are quick and coarse; 0 visits every tap of every slice, "
      "exactly."},
     {"precision", "Float or double",
@@ -221,7 +221,7 @@ class Page {
   std::string own_value(const std::string& setting) const {
     const OptimizerSpec& optimizer = study_.config.optimizer;
     if (setting == "cutoff") return fmt::format("{}", optimizer.cutoff);
-    if (setting == "background_rank") return std::to_string(optimizer.background_features);
+    if (setting == "background_features") return std::to_string(optimizer.background_features);
     return optimizer.precision == Precision::float64 ? "double" : "float";
   }
 

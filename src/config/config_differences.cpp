@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "config/override.h"
+#include "config/run_settings.h"
 #include "noiseloom/config/config.h"
 #include "noiseloom/config/tree.h"
 
@@ -59,7 +61,8 @@ class Comparison {
 }  // namespace settings
 
 std::vector<std::string> config_differences(const std::string& stored, const std::string& current) {
-  const settings::Value there = settings::parse_tree(stored, "the stored config");
+  settings::Value there = settings::parse_tree(stored, "the stored config");
+  settings::rename_former_keys(settings::run_config_kind(), there);
   const settings::Value here = settings::parse_tree(current, "the config");
   settings::Comparison comparison;
   comparison.compare("", &there, &here);

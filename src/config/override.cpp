@@ -96,12 +96,13 @@ class Descent {
   std::string fault;
 
  private:
-  bool to_key(const std::string& key, bool index_follows) {
+  bool to_key(const std::string& written, bool index_follows) {
     Table* table = value_->table();
     if (table == nullptr) {
-      fault = shortened(to_text(*value_), 60) + " has no key " + key;
+      fault = shortened(to_text(*value_), 60) + " has no key " + written;
       return false;
     }
+    const std::string key(kind_.current_leaf(pattern_, written));
     pattern_ += (pattern_.empty() ? "" : ".") + key;
     is_custom_ = is_custom_ || (kind_.has_row(pattern_) && kind_.row(pattern_).type == Type::custom);
     is_unknown_ = !is_custom_ && !kind_.has_row(pattern_);
@@ -138,7 +139,20 @@ class Descent {
   bool is_unknown_ = false;
 };
 
+void rename_former_keys(const FileKind& kind, Value& value, const std::string& pattern) {
+  Table* table = value.table();
+  if (table == nullptr) return;
+  for (Entry& entry : *table) {
+    const std::string_view leaf = kind.current_leaf(pattern, entry.key);
+    if (leaf != entry.key && find(*table, leaf) == nullptr) entry.key = leaf;
+    const std::string key = pattern.empty() ? entry.key : pattern + '.' + entry.key;
+    if (kind.has_row(key)) rename_former_keys(kind, entry.value, key);
+  }
+}
+
 }  // namespace
+
+void rename_former_keys(const FileKind& kind, Value& root) { rename_former_keys(kind, root, ""); }
 
 void apply_override(const FileKind& kind, Value& root, const std::string& override_text, std::vector<Fault>& faults) {
   const Place place{.file = "--set " + shortened(override_text, 200), .is_override = true};

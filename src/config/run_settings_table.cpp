@@ -263,14 +263,15 @@ std::span<const Setting> all() {
        .field = [](RunConfig& c) -> Field { return &c.optimizer.cutoff; },
        .range = at_least(0, 0.5),
        .when = with_swaps},
-      {.key = "optimizer.background_rank",
+      {.key = "optimizer.background_features",
        .type = Type::integer,
        .sentence = "Product filters over slices: features that stand for the other slices (four times as many in the "
                    "last quarter, 64 in the last twentieth), so that a deep filter costs no more "
                    "than a shallow one. 0: every tap, exactly, as with precision \"double\".",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.background_features; },
        .range = at_least(0, 64),
-       .when = with_method("anneal")},
+       .when = with_method("anneal"),
+       .former = "background_rank"},
       {.key = "optimizer.temperature",
        .type = Type::table,
        .sentence = "The temperatures of annealing; those left out are found from the problem.",

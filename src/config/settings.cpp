@@ -100,6 +100,13 @@ const Setting& FileKind::row(std::string_view key) const {
   return *found;
 }
 
+std::string_view FileKind::current_leaf(std::string_view parent, std::string_view leaf) const {
+  const auto found = std::find_if(settings.begin(), settings.end(), [&](const Setting& s) {
+    return !s.former.empty() && s.former == leaf && s.parent() == parent;
+  });
+  return found == settings.end() ? leaf : found->leaf();
+}
+
 bool FileKind::applies(const Setting& setting, const Owners& owners) const {
   if (setting.when.key.empty()) return true;
   const std::string_view word = current_word(row(setting.when.key), owners);

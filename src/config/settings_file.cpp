@@ -77,6 +77,7 @@ WrittenPaths parse_into(const FileKind& kind, const Owners& owners, const Source
     if (format.empty() || format == "text in UTF-16") throw;
     refuse_format(source.name, format, kind.noun);
   }
+  rename_former_keys(kind, root);
   std::vector<Fault> override_faults;
   for (const std::string& text : overrides) apply_override(kind, root, text, override_faults);
   Reader reader(kind, source.folder, missing);

@@ -138,6 +138,11 @@ void Reader::report_unknown_keys(const Table& table, std::string_view pattern, c
       ++num_left_out_;
       continue;
     }
+    if (const std::string_view now = kind_.current_leaf(pattern, entry.key); now != entry.key) {
+      fault(entry.place,
+            fmt::format("{}: is what older files call {}, which stands here too", joined(shown, entry.key), now));
+      continue;
+    }
     fault(entry.place, fmt::format("{}: unknown key; {}accepted: {}", joined(shown, shortened(toml_key(entry.key), 60)),
                                    did_you_mean(entry, pattern, usable), list));
   }

@@ -108,8 +108,8 @@ class ForeignDataset {
 
   void read_shape() {
     const hdf5::Handle space(H5Dget_space(dataset_.id()), H5Sclose, where_);
-    const int rank = hdf5::checked(H5Sget_simple_extent_ndims(space.id()), where_);
-    std::vector<hsize_t> sizes(static_cast<std::size_t>(rank));
+    const int num_axes = hdf5::checked(H5Sget_simple_extent_ndims(space.id()), where_);
+    std::vector<hsize_t> sizes(static_cast<std::size_t>(num_axes));
     hdf5::checked(H5Sget_simple_extent_dims(space.id(), sizes.data(), nullptr), where_);
     double count = 1;
     for (const hsize_t size : sizes) {

@@ -86,7 +86,7 @@ std::string why_order_cannot_be_read(const RunFileContent& content) {
   const auto found = find_order(content);
   if (found == content.datasets.end())
     return "holds no /order, the sequence of its pixels: only masks of method \"void-and-cluster\" have one";
-  if (!order_codec_of(*found)) return "/order is no list of ranks (uint32 or uint64, one a pixel)";
+  if (!order_codec_of(*found)) return "/order is no list of places (uint32 or uint64, one a pixel)";
   return "";
 }
 

@@ -1,5 +1,5 @@
 // The points of a mask as tables: a row for each point that lies in the slices exported, in the order of the sequence.
-// Columns are the coordinates (x, y, slice axes) and the rank in the whole sequence. As text (.csv, with the names of
+// Columns are the coordinates (x, y, slice axes) and the place in the whole sequence. As text (.csv, with the names of
 // the columns) or as int64 [points][axes + 1] (.npy).
 #include <fmt/format.h>
 
@@ -11,6 +11,7 @@
 #include "image/container_writers.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/files/npy.h"
+#include "noiseloom/files/pixel_order.h"
 
 namespace noiseloom {
 namespace {
@@ -25,24 +26,26 @@ class PointsWriter : public ContainerWriter {
   void begin(const std::string& target, const ContainerJob& job) override {
     job_ = &job;
     stream_ = files_.open(target);
-    positions_.assign(static_cast<std::size_t>(*job.num_points), not_seen);
+    num_points_ = OrderPlace(*job.num_points);
+    positions_ =
+        IndexedVector<OrderPlace, std::uint64_t>(std::vector(static_cast<std::size_t>(*job.num_points), not_seen));
   }
 
   void slice(SliceIndex slice, std::span<const std::byte> bytes) override {
     const auto cells = static_cast<std::uint64_t>(job_->extents.cells_per_slice());
     for (std::uint64_t cell = 0; cell < cells; ++cell) {
-      std::uint64_t rank = 0;
-      std::memcpy(&rank, bytes.data() + cell * sizeof rank, sizeof rank);
-      if (rank >= positions_.size()) continue;
-      if (positions_[rank] != not_seen) fail(fmt::format("two pixels have rank {}", rank));
-      positions_[rank] = cell + cells * static_cast<std::uint64_t>(slice);
+      OrderPlace place;
+      std::memcpy(&place, bytes.data() + cell * sizeof place, sizeof place);
+      if (place >= num_points_) continue;
+      if (positions_[place] != not_seen) fail(fmt::format("two pixels have place {}", place.value()));
+      positions_[place] = cell + cells * static_cast<std::uint64_t>(slice);
     }
   }
 
   void end() override {
     const auto missing = std::find(positions_.begin(), positions_.end(), not_seen);
     if (job_->holds_all_slices() && missing != positions_.end())
-      fail(fmt::format("none has rank {}", missing - positions_.begin()));
+      fail(fmt::format("none has place {}", missing - positions_.begin()));
     write_rows();
     stream_->close();
     positions_ = {};
@@ -57,21 +60,21 @@ class PointsWriter : public ContainerWriter {
   void append(std::span<const std::byte> bytes) { stream_->append(bytes); }
   void append(const std::string& text) { stream_->append(text); }
 
-  // visit(row): coordinates, then rank.
+  // visit(row): coordinates, then place.
   template <class Visit>
   void for_each_row(Visit visit) const {
     const Extents& extents = job_->extents;
     const auto cells = static_cast<std::uint64_t>(extents.cells_per_slice());
     const auto width = static_cast<std::uint64_t>(extents.width());
     std::vector<std::int64_t> row(static_cast<std::size_t>(num_columns()));
-    for (std::size_t rank = 0; rank < positions_.size(); ++rank) {
-      if (positions_[rank] == not_seen) continue;
-      const std::uint64_t cell = positions_[rank] % cells;
+    for (const OrderPlace place : positions_.keys()) {
+      if (positions_[place] == not_seen) continue;
+      const std::uint64_t cell = positions_[place] % cells;
       row[0] = static_cast<std::int64_t>(cell % width);
       row[1] = static_cast<std::int64_t>(cell / width);
-      const Extents::SliceCoord coord = extents.slice_coord(static_cast<SliceIndex>(positions_[rank] / cells));
+      const Extents::SliceCoord coord = extents.slice_coord(static_cast<SliceIndex>(positions_[place] / cells));
       for (std::size_t a = 0; a < static_cast<std::size_t>(extents.num_slice_axes()); ++a) row[2 + a] = coord[a];
-      row.back() = static_cast<std::int64_t>(rank);
+      row.back() = static_cast<std::int64_t>(place.value());
       visit(row);
     }
   }
@@ -85,7 +88,8 @@ class PointsWriter : public ContainerWriter {
   OutputFiles& files_;
   const ContainerJob* job_ = nullptr;
   std::unique_ptr<OutputStream> stream_;
-  std::vector<std::uint64_t> positions_;  // of the pixels that come first, by rank
+  OrderPlace num_points_;
+  IndexedVector<OrderPlace, std::uint64_t> positions_;  // in the texture, of the pixels that come first
 };
 
 class CsvPointsWriter : public PointsWriter {
@@ -94,7 +98,7 @@ class CsvPointsWriter : public PointsWriter {
   void write_rows() override {
     std::string text;
     for (int axis = 0; axis < job().extents.num_axes(); ++axis) text += job().extents.name(axis) + ",";
-    text += "rank\n";
+    text += "place\n";
     for_each_row([&](const std::vector<std::int64_t>& row) {
       fmt::format_to(std::back_inserter(text), "{}\n", fmt::join(row, ","));
       if (text.size() < piece_bytes) return;

@@ -35,7 +35,7 @@ const std::vector<Container>& containers() {
   using enum PixelType;
   using enum ExportLayout;
   constexpr auto pixels = ContainerContent::pixels;
-  constexpr auto ranks = ContainerContent::ranks;
+  constexpr auto places = ContainerContent::places;
   constexpr auto by_type = StoredNumbers::by_type;
   static const std::vector<Container> rows = {
       {"png", pixels, {".png"}, {uint8, uint16}, {slices, strip}, by_type, 4, true, png_pixel, make_png_writer},
@@ -53,8 +53,8 @@ const std::vector<Container>& containers() {
       {"hdr", pixels, {".hdr"}, {float32}, {slices, strip}, StoredNumbers::unit, 3, false, rgb_pixel, make_hdr_writer},
       {"npy", pixels, {".npy"}, {float32}, {array}, StoredNumbers::the_values, 0, false, plain_pixel, make_npy_writer},
       {"raw", pixels, {".raw"}, {float32, uint8, uint16}, {array}, by_type, 0, false, plain_pixel, make_raw_writer},
-      {"csv", ranks, {".csv"}, {}, {table}, by_type, 0, false, nullptr, make_csv_points_writer},
-      {"npy", ranks, {".npy"}, {}, {table}, by_type, 0, false, nullptr, make_npy_points_writer},
+      {"csv", places, {".csv"}, {}, {table}, by_type, 0, false, nullptr, make_csv_points_writer},
+      {"npy", places, {".npy"}, {}, {table}, by_type, 0, false, nullptr, make_npy_points_writer},
   };
   return rows;
 }

@@ -15,7 +15,7 @@
 namespace noiseloom {
 namespace {
 
-// Slices of a run file as the pixels of an output, or as the ranks of its pixels.
+// Slices of a run file as the pixels of an output, or as the places of its pixels in the sequence.
 class SliceEncoder {
  public:
   // `order`: of a point set that is exported, else null.
@@ -34,32 +34,32 @@ class SliceEncoder {
 
   // Valid until the next call.
   std::span<const std::byte> slice(SliceIndex slice, const ExportOutput& output) {
-    return output.container->content == ContainerContent::ranks ? read_ranks(slice) : pixels(slice, output);
+    return output.container->content == ContainerContent::places ? read_places(slice) : pixels(slice, output);
   }
 
   // How many points of the plan lie in its slices.
   std::int64_t count_points() {
     std::int64_t count = 0;
     for (SliceIndex s = plan_.begin; s < plan_.end; ++s) {
-      read_ranks(s);
-      count += std::count_if(ranks_.begin(), ranks_.end(), [&](std::uint64_t rank) { return is_point(rank); });
+      read_places(s);
+      count += std::count_if(places_.begin(), places_.end(), [&](OrderPlace place) { return is_point(place); });
     }
     return count;
   }
 
  private:
-  bool is_point(std::uint64_t rank) const { return rank < static_cast<std::uint64_t>(*plan_.num_points); }
+  bool is_point(OrderPlace place) const { return place < OrderPlace(*plan_.num_points); }
 
-  std::span<const std::byte> read_ranks(SliceIndex slice) {
-    ranks_.resize(cells_);
-    order_->read_slice(slice, ranks_);
-    return std::as_bytes(std::span(ranks_));
+  std::span<const std::byte> read_places(SliceIndex slice) {
+    places_.resize(cells_);
+    order_->read_slice(slice, places_);
+    return std::as_bytes(std::span(places_));
   }
   // 1 where a pixel is a point and 0 elsewhere.
   void read_points(SliceIndex slice) {
-    read_ranks(slice);
-    std::transform(ranks_.begin(), ranks_.end(), values_.begin(),
-                   [&](std::uint64_t rank) { return is_point(rank) ? 1.0F : 0.0F; });
+    read_places(slice);
+    std::transform(places_.begin(), places_.end(), values_.begin(),
+                   [&](OrderPlace place) { return is_point(place) ? 1.0F : 0.0F; });
   }
   void read_density(SliceIndex slice) {
     density_.resize(cells_);
@@ -127,7 +127,7 @@ class SliceEncoder {
   double largest_density_ = 0;
   std::vector<float> values_;
   std::vector<float> density_;
-  std::vector<std::uint64_t> ranks_;
+  std::vector<OrderPlace> places_;
   std::vector<std::byte> bytes_;
 };
 
@@ -238,7 +238,7 @@ ExportResult export_run_file(const std::string& path, const ExportOptions& optio
     write_output(files, plan, output, job, encoder);
     const std::vector<std::string> written = files.targets();
     std::vector<std::string>& list =
-        output.container->content == ContainerContent::ranks ? result.tables : result.files;
+        output.container->content == ContainerContent::places ? result.tables : result.files;
     list.insert(list.end(), written.begin() + static_cast<std::ptrdiff_t>(before), written.end());
   }
   if (order) result.points = points_text(plan, content.extents, encoder);

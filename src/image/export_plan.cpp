@@ -97,7 +97,7 @@ class Planner {
       container_ = by_ending != nullptr ? by_ending : &containers().front();
     } else {
       container_ = find_container(options_.format, ContainerContent::pixels);
-      if (container_ == nullptr) container_ = find_container(options_.format, ContainerContent::ranks);
+      if (container_ == nullptr) container_ = find_container(options_.format, ContainerContent::places);
       if (container_ == nullptr) {
         const std::string nearest = nearest_word(options_.format, all_names());
         fault(fmt::format("--format {}: not written{}; accepted: {}", options_.format,
@@ -106,7 +106,7 @@ class Planner {
         fault(fmt::format("--format {}, but -o {} ends in {}", container_->name, options_.output, ending));
       }
     }
-    if (container_ != nullptr && container_->content == ContainerContent::ranks && !points_wanted())
+    if (container_ != nullptr && container_->content == ContainerContent::places && !points_wanted())
       fault(
           fmt::format("{} holds the coordinates of a point set: give its density with --threshold; accepted for the "
                       "values of a texture: {}",
@@ -285,8 +285,8 @@ class Planner {
             "--layout or --format",
             pattern_in_output_ ? "-o " + options_.output : "--naming " + options_.naming, container_->name,
             to_string(main_.layout)));
-      main_.targets = {container_->content == ContainerContent::ranks ? target(table_stem() + ending)
-                                                                      : target(stem + ending)};
+      main_.targets = {container_->content == ContainerContent::places ? target(table_stem() + ending)
+                                                                       : target(stem + ending)};
       return;
     }
     for (SliceIndex s = plan_.begin; s < plan_.end; ++s)
@@ -302,8 +302,8 @@ class Planner {
   // The coordinates as text always, and in the container of the images, where that has a table too.
   void add_point_tables() {
     for (const Container& container : containers()) {
-      if (container.content != ContainerContent::ranks || &container == container_) continue;
-      if (container_->content == ContainerContent::ranks) continue;
+      if (container.content != ContainerContent::places || &container == container_) continue;
+      if (container_->content == ContainerContent::places) continue;
       if (container.name != "csv" && container.name != container_->name) continue;
       ExportOutput table;
       table.container = &container;

@@ -117,13 +117,13 @@ RunConfig with_filter_of(RunConfig stored, const RunConfig& given, const std::st
   return stored;
 }
 
-std::vector<std::uint64_t> ranks_of(const PixelOrder& order, const Extents& extents) {
+std::vector<OrderPlace> places_of(const PixelOrder& order, const Extents& extents) {
   const std::size_t cells = static_cast<std::size_t>(extents.cells_per_slice());
-  const SliceIndex count = std::min(ranked_slices, extents.num_slices());
-  std::vector<std::uint64_t> ranks(cells * static_cast<std::size_t>(count));
+  const SliceIndex count = std::min(most_slices_with_places, extents.num_slices());
+  std::vector<OrderPlace> places(cells * static_cast<std::size_t>(count));
   for (SliceIndex s = 0; s < count; ++s)
-    order.read_slice(s, std::span(ranks).subspan(cells * static_cast<std::size_t>(s), cells));
-  return ranks;
+    order.read_slice(s, std::span(places).subspan(cells * static_cast<std::size_t>(s), cells));
+  return places;
 }
 
 }  // namespace
@@ -144,7 +144,7 @@ TextureFile run_file(const Request& request) {
   if (const auto found = content.checksums.find("/samples"); found != content.checksums.end())
     file.checksum = found->second;
   const int channels = content.datasets[static_cast<std::size_t>(samples)].channels;
-  if (reader.dataset(order_name) >= 0) file.ranks = ranks_of(PixelOrder(reader, path), content.extents);
+  if (reader.dataset(order_name) >= 0) file.places = places_of(PixelOrder(reader, path), content.extents);
   file.texture = make_texture(content.extents, channels);
   std::vector<float> slice(file.texture.floats_per_slice());
   for (SliceIndex s = 0; s < content.extents.num_slices(); ++s) {

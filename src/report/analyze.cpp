@@ -55,7 +55,7 @@ class Analysis {
     if (file_.config) score();
     show_low_frequency_figure();
     show_slices();
-    if (!file_.ranks.empty()) show_points();
+    if (!file_.places.empty()) show_points();
     if (file_.config) show_filtered_error();
     add_spectrum_sections(writer_, {texture_, kind_, quality_, filter_});
     if (!file_.history.empty()) show_convergence();
@@ -135,13 +135,13 @@ class Analysis {
       const std::int64_t count = decimal_of(density).floor_of_times(extents_.num_cells());
       section.figures.push_back(
           writer_.figure(fmt::format("points_{:g}.png", density),
-                         shown(points_picture(file_.ranks.data(), extents_, count), shown_points, shown_quarter),
+                         shown(points_picture(file_.places.data(), extents_, count), shown_points, shown_quarter),
                          fmt::format("{} %: {} points in all; {}first slice.", number_text(100 * density, 6), count,
                                      is_whole(shown_points) ? "" : "corner of the ")));
     }
-    const std::size_t slices = file_.ranks.size() / static_cast<std::size_t>(extents_.cells_per_slice());
+    const std::size_t slices = file_.places.size() / static_cast<std::size_t>(extents_.cells_per_slice());
     section.figures.push_back(
-        {plot_svg(points_plot(file_.ranks, extents_, densities)),
+        {plot_svg(points_plot(file_.places, extents_, densities)),
          fmt::format("Power of these patterns over the frequencies of a slice, on a logarithmic scale, averaged over "
                      "rings and {} slice{}. The dashed line upward: {} cycles a pixel.",
                      slices, slices == 1 ? "" : "s", low_frequency),

@@ -60,23 +60,20 @@ std::vector<double> shown_densities(std::int64_t num_pixels) {
   return densities;
 }
 
-Picture points_picture(const std::uint64_t* ranks, const Extents& extents, std::int64_t count) {
+Picture points_picture(const OrderPlace* places, const Extents& extents, std::int64_t count) {
   Picture picture{narrow<int>(extents.width()), narrow<int>(extents.height()), {}};
   picture.rgb.resize(static_cast<std::size_t>(extents.cells_per_slice()) * 3);
-  for (std::size_t i = 0; i < picture.rgb.size(); ++i)
-    picture.rgb[i] = static_cast<std::int64_t>(ranks[i / 3]) < count ? 0 : 255;
+  for (std::size_t i = 0; i < picture.rgb.size(); ++i) picture.rgb[i] = places[i / 3] < OrderPlace(count) ? 0 : 255;
   return picture;
 }
 
-Plot points_plot(const std::vector<std::uint64_t>& ranks, const Extents& extents,
-                 const std::vector<double>& densities) {
-  const auto num_slices = static_cast<std::int64_t>(ranks.size()) / extents.cells_per_slice();
+Plot points_plot(const std::vector<OrderPlace>& places, const Extents& extents, const std::vector<double>& densities) {
+  const auto num_slices = static_cast<std::int64_t>(places.size()) / extents.cells_per_slice();
   Texture pattern = make_texture(Extents({extents.width(), extents.height(), num_slices}), 1);
   Plot plot{"Power of the point sets", "frequency (cycles a pixel)", "power", true, {}};
   for (const double density : densities) {
     const std::int64_t count = decimal_of(density).floor_of_times(extents.num_cells());
-    for (std::size_t i = 0; i < ranks.size(); ++i)
-      pattern.values[i] = static_cast<std::int64_t>(ranks[i]) < count ? 1.0F : 0.0F;
+    for (std::size_t i = 0; i < places.size(); ++i) pattern.values[i] = places[i] < OrderPlace(count) ? 1.0F : 0.0F;
     plot.lines.push_back(line_of(radial_average(axes_spectrum(pattern, DistanceKind::absolute, {0, 1})),
                                  percent(density), style_of(plot.lines.size())));
   }

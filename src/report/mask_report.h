@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "noiseloom/core/extents.h"
+#include "noiseloom/files/pixel_order.h"
 #include "noiseloom/measure/quality.h"
 #include "noiseloom/report/picture.h"
 #include "noiseloom/report/plot.h"
@@ -20,11 +21,11 @@ ReportTable low_frequency_table(const SpectralQuality& quality);
 // The densities that a report shows; those that give no point are left out.
 std::vector<double> shown_densities(std::int64_t num_pixels);
 
-// Pixels whose rank is below `count` black, the others white. ranks: [y][x] of one slice.
-Picture points_picture(const std::uint64_t* ranks, const Extents& extents, std::int64_t count);
+// Pixels whose place is below `count` black, the others white. places: [y][x] of one slice.
+Picture points_picture(const OrderPlace* places, const Extents& extents, std::int64_t count);
 
 // Power of the black and white patterns at those densities over the rings of a slice, averaged over the slices in
-// `ranks` ([slice][y][x]).
-Plot points_plot(const std::vector<std::uint64_t>& ranks, const Extents& extents, const std::vector<double>& densities);
+// `places` ([slice][y][x]).
+Plot points_plot(const std::vector<OrderPlace>& places, const Extents& extents, const std::vector<double>& densities);
 
 }  // namespace noiseloom

@@ -95,7 +95,7 @@ void OrderJob::step(double run_s) {
   next_picks_ = static_cast<std::int64_t>(communicator_->broadcast(next));
 }
 
-// A swap takes as long as some five ranks. How many there will be is known only afterwards: 0.33 to 0.46 for every
+// A swap takes as long as some five picks. How many there will be is known only afterwards: 0.33 to 0.46 for every
 // point in the configs of this repository.
 double OrderJob::fraction() const {
   constexpr double swap_cost = 5;
@@ -109,7 +109,7 @@ double OrderJob::fraction() const {
 
 std::string OrderJob::position() const {
   const VacProgress& progress = run_->progress();
-  return fmt::format("phase {}, {} swaps, {} of {} pixels ranked", vac_phase_name(progress.phase), progress.num_swaps,
+  return fmt::format("phase {}, {} swaps, {} of {} pixels placed", vac_phase_name(progress.phase), progress.num_swaps,
                      progress.num_placed, spec_.extents.num_cells());
 }
 
@@ -126,7 +126,7 @@ ProgressFigures OrderJob::figures(double run_s, double part_s) {
             {"picks_per_second", rate_},
             {"seconds", run_s}};
   f.bar = fmt::format("{:<5}  {}", vac_phase_name(progress.phase), rate_text(rate_, "picks"));
-  f.plain = fmt::format("{}  {:.1f} %  {} swaps, {} of {} pixels ranked  {}  {}", vac_phase_name(progress.phase),
+  f.plain = fmt::format("{}  {:.1f} %  {} swaps, {} of {} pixels placed  {}  {}", vac_phase_name(progress.phase),
                         100 * f.fraction, progress.num_swaps, progress.num_placed, spec_.extents.num_cells(),
                         rate_text(rate_, "picks"), duration_text(run_s));
   return f;

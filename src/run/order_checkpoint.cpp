@@ -19,14 +19,14 @@ constexpr auto visit_state = [](auto& state, const auto& visit) {
   visit("phase", state.phase);
   visit("start_points", state.start_points);
   visit("swaps", state.swaps);
-  visit("ranked", state.ranked);
+  visit("ranked", state.placed);
   visit("finished", state.finished);
 };
 
 constexpr auto visit_row = [](auto&& row, const auto& visit) {
   visit("phase", row.phase);
   visit("swaps", row.swaps);
-  visit("ranked", row.ranked);
+  visit("ranked", row.placed);
   visit("seconds", row.seconds);
 };
 
@@ -36,8 +36,8 @@ OrderCensus expected_census(const OrderState& state, std::int64_t num_pixels) {
   };
   const std::int64_t points = state.start_points;
   if (state.phase == phase_names[0]) return census(0, 0, points);
-  if (state.phase != phase_names[1]) return census(0, state.ranked, 0);
-  return census(points - state.ranked, points, points - state.ranked);
+  if (state.phase != phase_names[1]) return census(0, state.placed, 0);
+  return census(points - state.placed, points, points - state.placed);
 }
 
 VacPhase phase_of(const OrderState& state, const std::string& path) {
@@ -57,22 +57,23 @@ void check_counts(const OrderState& state, std::int64_t num_pixels, const std::s
   bool sound = points >= 0 && points <= num_pixels && state.swaps >= 0 && state.swaps <= most_swaps;
   switch (phase) {
     case VacPhase::swap:
-      sound = sound && state.ranked == 0;
+      sound = sound && state.placed == 0;
       break;
     case VacPhase::drain:
-      sound = sound && state.ranked >= 0 && state.ranked <= points;
+      sound = sound && state.placed >= 0 && state.placed <= points;
       break;
     case VacPhase::fill:
-      sound = sound && state.ranked >= points && state.ranked <= num_pixels;
+      sound = sound && state.placed >= points && state.placed <= num_pixels;
       break;
     case VacPhase::done:
-      sound = sound && state.ranked == num_pixels;
+      sound = sound && state.placed == num_pixels;
       break;
   }
   if (!sound || state.finished != (phase == VacPhase::done ? "order" : "")) {
-    throw UserError(path, fmt::format("/state: phase {}, {} start points, {} swaps, {} of {} pixels ranked, finished "
-                                      "\"{}\": no run has this",
-                                      state.phase, points, state.swaps, state.ranked, num_pixels, state.finished));
+    throw UserError(path,
+                    fmt::format("/state: phase {}, {} start points, {} swaps, {} of {} pixels with a place, finished "
+                                "\"{}\": no run has this",
+                                state.phase, points, state.swaps, state.placed, num_pixels, state.finished));
   }
 }
 
@@ -88,8 +89,8 @@ void check_rows(const OrderState& state, const std::string& path) {
             "must be a phase of void and cluster, each row the same or a later one, up to that of /state");
     require(is_count(row.swaps, least.swaps, static_cast<double>(state.swaps)), "swaps", row.swaps,
             "must count the swaps, never falling, up to those of /state");
-    require(is_count(row.ranked, least.ranked, static_cast<double>(state.ranked)), "ranked", row.ranked,
-            "must count the ranked pixels, never falling, up to those of /state");
+    require(is_count(row.placed, least.placed, static_cast<double>(state.placed)), "ranked", row.placed,
+            "must count the pixels with a place, never falling, up to those of /state");
     require(is_finite_positive_or_zero(row.seconds), "seconds", row.seconds, "must be a finite number from 0 on");
     least = row;
   }
@@ -101,10 +102,10 @@ void check_census(const OrderCensus& census, const OrderState& state, const std:
   if (census == expected) return;
   const bool same_counts = census.num_placed() == expected.num_placed() && census.num_on() == expected.num_on();
   throw UserError(
-      path, fmt::format("/order does not fit /state: it has {} pixels with a rank and {} that are on, expected {} and "
+      path, fmt::format("/order does not fit /state: it has {} pixels with a place and {} that are on, expected {} and "
                         "{}{}; the file was not written by generate",
                         census.num_placed(), census.num_on(), expected.num_placed(), expected.num_on(),
-                        same_counts ? ", and every rank once" : ""));
+                        same_counts ? ", and every place once" : ""));
 }
 
 }  // namespace
@@ -113,8 +114,8 @@ const char* vac_phase_name(VacPhase phase) { return phase_names[static_cast<std:
 
 void add_order_rows(const VacProgress& before, const VacProgress& after, std::int64_t num_pixels, double seconds,
                     std::vector<OrderRow>& history) {
-  const auto add = [&](VacPhase phase, std::int64_t swaps, std::int64_t ranked) {
-    history.push_back({static_cast<double>(phase), static_cast<double>(swaps), static_cast<double>(ranked), seconds});
+  const auto add = [&](VacPhase phase, std::int64_t swaps, std::int64_t placed) {
+    history.push_back({static_cast<double>(phase), static_cast<double>(swaps), static_cast<double>(placed), seconds});
   };
   const auto ended = [&](VacPhase phase) { return before.phase <= phase && after.phase > phase; };
   const std::int64_t points = after.num_start_points;
@@ -125,9 +126,9 @@ void add_order_rows(const VacProgress& before, const VacProgress& after, std::in
   if (ended(VacPhase::swap)) add(VacPhase::drain, after.num_swaps, 0);
   if (ended(VacPhase::drain)) add(VacPhase::fill, after.num_swaps, points);
   for (std::int64_t part = 1; part < 16; ++part) {
-    const auto ranked = static_cast<std::int64_t>(static_cast<__int128>(num_pixels) * part / 16);
-    if (ranked > points && before.num_placed < ranked && after.num_placed >= ranked) {
-      add(VacPhase::fill, after.num_swaps, ranked);
+    const auto placed = static_cast<std::int64_t>(static_cast<__int128>(num_pixels) * part / 16);
+    if (placed > points && before.num_placed < placed && after.num_placed >= placed) {
+      add(VacPhase::fill, after.num_swaps, placed);
     }
   }
   if (ended(VacPhase::fill)) add(VacPhase::done, after.num_swaps, num_pixels);
@@ -166,7 +167,7 @@ std::string save_order_run(FileOps& ops, const std::string& path, const RunConfi
   const OrderState state{.phase = vac_phase_name(progress.phase),
                          .start_points = progress.num_start_points,
                          .swaps = progress.num_swaps,
-                         .ranked = progress.num_placed,
+                         .placed = progress.num_placed,
                          .finished = run.done() ? "order" : "",
                          .history = history};
   RunFileContent content = content_of(config, state, visit_state, visit_row, provenance);
@@ -208,7 +209,7 @@ std::vector<OrderRow> restore_order_run(const RunFileReader* file, const RunConf
   communicator.stream_from_root(wanted, produce, consume);
   // The whole order is needed to judge it, and passes through rank 0.
   communicator.on_root([&] { check_census(census, state, file->path()); });
-  run.restore({phase_of(state, ""), state.start_points, state.swaps, state.ranked},
+  run.restore({phase_of(state, ""), state.start_points, state.swaps, state.placed},
               [&](SliceIndex slice) { return std::move(own.at(slice)); });
   return state.history;
 }

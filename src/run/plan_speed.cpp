@@ -139,9 +139,9 @@ void measure_moves(const RunConfig& config, const FilterOutline& judged, const S
   field.fill(start_permutation(problem.seed, 0, problem.extents.cells_per_slice()), source.list(0));
   const ValueKernel kernel = make_value_kernel(problem, source.channels(), source.distance());
   for (std::size_t k = 0; k < moments_of_run.size(); ++k) {
-    const int rank = k == 0 ? config.optimizer.background_features : num_features(config.optimizer, moments_of_run[k]);
+    const int count = k == 0 ? config.optimizer.background_features : num_features(config.optimizer, moments_of_run[k]);
     const std::optional<FeatureMap> features =
-        features_between_slices(config.optimizer, footprint, kernel, source, rank);
+        features_between_slices(config.optimizer, footprint, kernel, source, count);
     const auto delta =
         make_swap_delta(footprint, kernel, config.optimizer.precision, features ? &*features : nullptr, small.window);
     const MoverSpeed mover = speed_of(*delta, field, small.window);

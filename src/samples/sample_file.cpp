@@ -152,7 +152,7 @@ std::size_t widest_channel(const float* points, std::size_t channels, std::span<
 }
 
 // std::nth_element of distinct keys without branches on them, which a processor cannot predict: three times as fast.
-void select(std::span<std::uint64_t> keys, std::size_t rank) {
+void select(std::span<std::uint64_t> keys, std::size_t nth) {
   for (int round = 0; keys.size() > 32 && round < 64; ++round) {
     const std::uint64_t a = keys.front();
     const std::uint64_t b = keys[keys.size() / 2];
@@ -165,11 +165,11 @@ void select(std::span<std::uint64_t> keys, std::size_t rank) {
       keys[below] = moved;
       below += moved < pivot ? 1 : 0;
     }
-    const bool left = rank < below;
+    const bool left = nth < below;
     keys = left ? keys.first(below) : keys.subspan(below);
-    rank -= left ? 0 : below;
+    nth -= left ? 0 : below;
   }
-  std::nth_element(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(rank), keys.end());
+  std::nth_element(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(nth), keys.end());
 }
 
 // Orders points by halving at the median of the widest channel, recursively. An element of `ids` holds the point's

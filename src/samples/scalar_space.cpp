@@ -39,8 +39,8 @@ void ScalarSpace::list(std::int64_t n, const JitterOf& jitter, float* samples) c
 
 std::int64_t ScalarSpace::invert(std::int64_t n, const float* sample) const {
   const double x = *sample;
-  const double rank = map_.cumulative(x) * static_cast<double>(n);
-  std::int64_t k = rank >= static_cast<double>(n) ? n - 1 : rank > 0 ? static_cast<std::int64_t>(rank) : 0;
+  const double stratum = map_.cumulative(x) * static_cast<double>(n);
+  std::int64_t k = stratum >= static_cast<double>(n) ? n - 1 : stratum > 0 ? static_cast<std::int64_t>(stratum) : 0;
   while (k > 0 && x < edge(n, k)) --k;
   while (k + 1 < n && x >= edge(n, k + 1)) ++k;
   return k;

@@ -83,11 +83,11 @@ TEST(AccuracyLadder, RisesOnBothLinesWithTheDefaultAmongThem) {
 }
 
 TEST(AccuracyLadder, ChangesEachSettingAwayFromTheConfigs) {
-  const AccuracyLadder ladder = ladder_of("cutoff = 0.01\nbackground_rank = 8\n");
+  const AccuracyLadder ladder = ladder_of("cutoff = 0.01\nbackground_features = 8\n");
   EXPECT_THAT(values_of(ladder, "cutoff"), ElementsAre("0", "0.001", "0.05"));
-  EXPECT_THAT(values_of(ladder, "background_rank"), ElementsAre("0", "4", "16", "32"));
+  EXPECT_THAT(values_of(ladder, "background_features"), ElementsAre("0", "4", "16", "32"));
   EXPECT_THAT(values_of(ladder, "precision"), ElementsAre("double"));
-  EXPECT_THAT(values_of(ladder_of("", false), "background_rank"), IsEmpty());
+  EXPECT_THAT(values_of(ladder_of("", false), "background_features"), IsEmpty());
   EXPECT_THAT(values_of(ladder_of("precision = \"double\"\n"), "precision"), ElementsAre("float"));
   EXPECT_EQ(ladder_of("method = \"fast\"\n", false).method, Method::fast);
 }
@@ -116,7 +116,7 @@ TEST(AccuracyPrediction, FollowsTheLineThroughStartUpAndIterations) {
   EXPECT_DOUBLE_EQ(*predicted_seconds(ladder, point(200), flat), 13 + 0.04 * 100);
   // The other method says nothing of it, and a knob costs what it is said to.
   EXPECT_EQ(predicted_seconds(ladder, {Method::fast, "iterations", "30", 30, false}, done), std::nullopt);
-  EXPECT_DOUBLE_EQ(*predicted_seconds(ladder, {Method::anneal, "background_rank", "0", 50, false}, done), 10 * 51);
+  EXPECT_DOUBLE_EQ(*predicted_seconds(ladder, {Method::anneal, "background_features", "0", 50, false}, done), 10 * 51);
 }
 
 TEST(AccuracyBudget, IsKeptAndNoPointIsSilentlyMissing) {
@@ -307,7 +307,7 @@ TEST(AccuracyCommand, ChangesTheMethodOfAConfigWithKeysOfItsOwn) {
   write_bytes(
       path,
       "[texture]\nsize = { x = 8, y = 8 }\n[filter]\ngroups = [ { axes = \"xy\", kernel = \"box\", size = 3 } ]\n"
-      "[optimizer]\nbackground_rank = 8\ncutoff = 0.01\nstop = { time = \"10s\" }\n");
+      "[optimizer]\nbackground_features = 8\ncutoff = 0.01\nstop = { time = \"10s\" }\n");
   AccuracyOptions options;
   options.config = path;
   options.folder = "out";

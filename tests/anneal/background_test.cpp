@@ -38,7 +38,7 @@ std::vector<float> samples_of(const Texture& texture, int slices) {
   return list;
 }
 
-double low_rank_kernel(const FeatureMap& map, const std::vector<double>& a, const std::vector<double>& b) {
+double kernel_by_features(const FeatureMap& map, const std::vector<double>& a, const std::vector<double>& b) {
   const auto n = static_cast<std::size_t>(map.num_features());
   double sum = 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -86,14 +86,14 @@ TEST(Background, IsTheLowRankKernelSummedOverTheOtherSlices) {
       const auto exact = make_swap_delta(footprint, kernel, Precision::float64);
       with->bind(1, texture.field(1), texture.field_of());
       exact->bind(1, texture.field(1), texture.field_of());
-      const auto low_rank = [&](const float* a, const float* b) {
-        return low_rank_kernel(map, map.features(a), map.features(b));
+      const auto by_features = [&](const float* a, const float* b) {
+        return kernel_by_features(map, map.features(a), map.features(b));
       };
       const auto full = [&](const float* a, const float* b) { return test::oracle_kernel(kernel, a, b); };
       const Cell last = one.extents.cells_per_slice() - 1;
       for (const CellPair pair : {test::pair(0, last), test::pair(last / 2, 3), test::pair(last / 3, last - 1)}) {
         const double own = exact->delta(pair) - others_change(footprint, texture, 1, pair, full);
-        const double expected = own + others_change(footprint, texture, 1, pair, low_rank);
+        const double expected = own + others_change(footprint, texture, 1, pair, by_features);
         EXPECT_NEAR(with->delta(pair), expected, 2e-4 * footprint.weight_zero() + 1e-4 * std::abs(expected))
             << one.name << " " << space.name;
       }
@@ -102,14 +102,14 @@ TEST(Background, IsTheLowRankKernelSummedOverTheOtherSlices) {
 }
 
 // Root mean square of dE's error over that of dE itself, the other slices alone.
-double relative_error(const Space& space, ValueKernelKind kind, int rank) {
+double relative_error(const Space& space, ValueKernelKind kind, int most_features) {
   const BackgroundCase one = cases()[0];
   const Footprint footprint(one.extents, one.filter);
   const ValueKernel kernel = test::kernel_of(space, kind, one.extents.num_axes());
   const Texture texture(footprint, kernel, 5);
-  const FeatureMap map(kernel, rank, samples_of(texture, 2));
-  const auto low_rank = [&](const float* a, const float* b) {
-    return low_rank_kernel(map, map.features(a), map.features(b));
+  const FeatureMap map(kernel, most_features, samples_of(texture, 2));
+  const auto by_features = [&](const float* a, const float* b) {
+    return kernel_by_features(map, map.features(a), map.features(b));
   };
   const auto full = [&](const float* a, const float* b) { return test::oracle_kernel(kernel, a, b); };
   double error = 0;
@@ -117,14 +117,14 @@ double relative_error(const Space& space, ValueKernelKind kind, int rank) {
   for (std::uint32_t k = 0; k < 30; ++k) {
     const CellPair pair{k, 300 - 7 * k};
     const double exact = others_change(footprint, texture, 1, pair, full);
-    const double difference = others_change(footprint, texture, 1, pair, low_rank) - exact;
+    const double difference = others_change(footprint, texture, 1, pair, by_features) - exact;
     error += difference * difference;
     size += exact * exact;
   }
   return std::sqrt(error / size);
 }
 
-TEST(Background, NearsTheExactChangeAsTheRankGrows) {
+TEST(Background, NearsTheExactChangeWithMoreFeatures) {
   for (const Space& space : spaces()) {
     const double low = relative_error(space, ValueKernelKind::distance, space.channels);
     const double high = relative_error(space, ValueKernelKind::distance, 32);
@@ -141,10 +141,10 @@ TEST(FeatureMap, SaysWhatItMisses) {
   for (int k = 0; k < 1024; ++k) list.push_back((static_cast<float>(k) + 0.5F) / 1024);
   ValueKernel kernel;
   kernel.distance = DistanceKind::absolute;
-  for (const int rank : {1, 8, 64}) {
+  for (const int count : {1, 8, 64}) {
     double tail = 1;
-    for (int n = 1; n <= rank; ++n) tail -= 6 / (M_PI * M_PI * n * n);
-    EXPECT_NEAR(FeatureMap(kernel, rank, list).missed(), tail, 1e-3) << rank;
+    for (int n = 1; n <= count; ++n) tail -= 6 / (M_PI * M_PI * n * n);
+    EXPECT_NEAR(FeatureMap(kernel, count, list).missed(), tail, 1e-3) << count;
   }
   EXPECT_EQ(FeatureMap(kernel, 8, std::vector<float>(100, 0.5F)).missed(), 0);  // nothing to miss
 }

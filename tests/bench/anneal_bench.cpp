@@ -75,9 +75,9 @@ void judge(benchmark::State& state, const std::string& space, const KernelSpec& 
     fields.emplace_back(FieldLayout(footprint, source.channels()));
     fields.back().fill(start_permutation(problem.seed, slice, size * size), source.list(slice));
   }
-  const bool low_rank = num_slices > 1 && precision == Precision::float32;
+  const bool by_features = num_slices > 1 && precision == Precision::float32;
   const FeatureMap map(value_kernel, 16, source.list(0));
-  const auto delta = make_swap_delta(footprint, value_kernel, precision, low_rank ? &map : nullptr);
+  const auto delta = make_swap_delta(footprint, value_kernel, precision, by_features ? &map : nullptr);
   delta->bind(0, fields[0],
               [&](SliceIndex slice) -> const SliceField& { return fields[static_cast<std::size_t>(slice)]; });
 

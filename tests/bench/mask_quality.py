@@ -61,10 +61,10 @@ def load(path, order=False, density=None):
     import h5py
     with h5py.File(path) as file:
         if order or density is not None:
-            ranks = file["order"][...]
+            places = file["order"][...]
             if density is not None:
-                return (ranks < int(density * ranks.size)).astype(np.float64)
-            return (ranks + 0.5) / ranks.size
+                return (places < int(density * places.size)).astype(np.float64)
+            return (places + 0.5) / places.size
         return file["samples"][..., 0].astype(np.float64)
 
 

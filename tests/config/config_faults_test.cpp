@@ -49,7 +49,7 @@ TEST(ConfigFaults, NameUnknownKeysAtEveryLevel) {
        "run.toml:14: optimizer.stop.iteration: unknown key; did you mean \"iterations\"? accepted: iterations, time, "
        "score, improvement"},
       {&ConfigText::optimizer, "quux = 5",
-       "run.toml:14: optimizer.quux: unknown key; accepted: method, stop, precision, cutoff, background_rank, "
+       "run.toml:14: optimizer.quux: unknown key; accepted: method, stop, precision, cutoff, background_features, "
        "temperature"},
   });
 }

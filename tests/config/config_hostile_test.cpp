@@ -233,7 +233,7 @@ const std::vector<NumericKey>& numeric_keys() {
       {"optimizer.stop.score", {}},
       {"optimizer.stop.improvement", {}},
       {"optimizer.cutoff", {}},
-      {"optimizer.background_rank", {}, true},
+      {"optimizer.background_features", {}, true},
       {"optimizer.temperature.start", {}},
       {"optimizer.temperature.end", {}},
       {"optimizer.fraction", {"optimizer.method=fast"}}};

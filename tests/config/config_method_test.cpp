@@ -121,8 +121,8 @@ TEST(VoidAndClusterConfig, RefusesWhatDoesNotApplyAtItsLine) {
   const std::string anneal = ": applies only with method = \"anneal\"; here it is \"void-and-cluster\"";
   EXPECT_THAT(faults_with(&MaskText::optimizer, "temperature = { start = 1 }"),
               ElementsAre("run.toml:12: optimizer.temperature = { start = 1 }" + anneal));
-  EXPECT_THAT(faults_with(&MaskText::optimizer, "background_rank = 3"),
-              ElementsAre("run.toml:12: optimizer.background_rank = 3" + anneal));
+  EXPECT_THAT(faults_with(&MaskText::optimizer, "background_features = 3"),
+              ElementsAre("run.toml:12: optimizer.background_features = 3" + anneal));
   EXPECT_THAT(faults_with(&MaskText::optimizer, "fraction = 0.5"), ElementsAre(HasSubstr("with method = \"fast\"")));
   EXPECT_THAT(faults_with(&MaskText::energy, "[energy]\nvalue_kernel = \"stbn\"\nsigma_s = 2"),
               ElementsAre("run.toml:14: energy.value_kernel = \"stbn\"" + swaps));

@@ -193,7 +193,7 @@ TEST(Config, RoundTripsExactlyForEverySampleSpaceKernelAndNumber) {
     text.energy = i % 3 == 0 ? "value_kernel = \"stbn\"\nsigma_s = 0.7" : "";
     text.optimizer = "stop = { " + stops[i / samples.size() / kernels.size()] + " }\n" +
                      (i % 4 == 0 ? "method = \"fast\"\nfraction = 0.3\ngrow_fraction = false"
-                                 : "cutoff = 0.1\nbackground_rank = 5\ntemperature = { start = 3, end = 1e-7 }");
+                                 : "cutoff = 0.1\nbackground_features = 5\ntemperature = { start = 3, end = 1e-7 }");
     expect_round_trip(parsed(text.text()));
   }
 }
@@ -230,8 +230,34 @@ method = "anneal"
 stop = { iterations = 11 }
 precision = "float"
 cutoff = 0.0
-background_rank = 8
+background_features = 8
 )");
+}
+
+TEST(Config, FormerKeysAreReadAsTheirPresentNames) {
+  ConfigText former;
+  former.optimizer = "stop = { iterations = 11 }\nbackground_rank = 5";
+  ConfigText present;
+  present.optimizer = "stop = { iterations = 11 }\nbackground_features = 5";
+  const std::string stored = to_toml(parsed(former.text()));
+  EXPECT_EQ(stored, to_toml(parsed(present.text())));
+  EXPECT_THAT(stored, HasSubstr("\nbackground_features = 5\n"));
+  // A run file of that time goes on with the config of today.
+  EXPECT_THAT(config_differences(former.text(), present.text()), IsEmpty());
+  EXPECT_EQ(parsed(former.text(), {"optimizer.background_features=7"}).optimizer.background_features, 7);
+  EXPECT_EQ(parsed(present.text(), {"optimizer.background_rank=7"}).optimizer.background_features, 7);
+}
+
+TEST(Config, AFormerKeyBesideItsPresentNameIsAFault) {
+  ConfigText both;
+  both.optimizer = "stop = { iterations = 11 }\nbackground_rank = 5\nbackground_features = 6";
+  try {
+    parsed(both.text());
+    FAIL() << "nothing was thrown";
+  } catch (const UserError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("optimizer.background_rank: is what older files call background_features, "
+                                        "which stands here too"));
+  }
 }
 
 TEST(Config, OverridesReplaceAddAndAppend) {
@@ -339,7 +365,7 @@ TEST(DescribeSettings, NamesEveryKeyThatAConfigCanHold) {
                           "optimizer.stop.improvement",
                           "optimizer.precision",
                           "optimizer.cutoff",
-                          "optimizer.background_rank",
+                          "optimizer.background_features",
                           "optimizer.temperature.start",
                           "optimizer.temperature.end",
                           "optimizer.fraction",

@@ -111,9 +111,9 @@ TEST(ExportDigest, IsThatOfTheFirstRelease) {
 TEST(ExportDigest, OfPointSetsIsThatOfTheFirstRelease) {
   const TemporaryFolder folder;
   const Extents extents({11, 7, 3, 2});
-  std::vector<std::uint64_t> ranks(462);
-  for (std::size_t p = 0; p < ranks.size(); ++p) ranks[p] = (p * 125 + 17) % 462;
-  write_mask_file(folder / "mask.h5", extents, ranks);
+  std::vector<std::uint64_t> places(462);
+  for (std::size_t p = 0; p < places.size(); ++p) places[p] = (p * 125 + 17) % 462;
+  write_mask_file(folder / "mask.h5", extents, places);
   const std::pair<ExportOptions, std::string> cases[] = {
       {options_of("a.png", "", "strip", ""), "dd63a8c81707b7d9"},
       {options_of("a.tif", "", "slices", "16"), "72786296a230e969"},

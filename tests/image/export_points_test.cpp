@@ -18,14 +18,14 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
-// 11 x 7 x 3 x 2; ranks a fixed permutation: 462 = 2 3 7 11, and 125 is coprime to it.
+// 11 x 7 x 3 x 2; places a fixed permutation: 462 = 2 3 7 11, and 125 is coprime to it.
 const Extents extents({11, 7, 3, 2});
-std::uint64_t test_rank(std::size_t position) { return (position * 125 + 17) % 462; }
+std::uint64_t test_place(std::size_t position) { return (position * 125 + 17) % 462; }
 
-std::vector<std::uint64_t> test_ranks() {
-  std::vector<std::uint64_t> ranks(462);
-  for (std::size_t p = 0; p < ranks.size(); ++p) ranks[p] = test_rank(p);
-  return ranks;
+std::vector<std::uint64_t> test_places() {
+  std::vector<std::uint64_t> places(462);
+  for (std::size_t p = 0; p < places.size(); ++p) places[p] = test_place(p);
+  return places;
 }
 
 ExportOptions points_options(const std::string& output, const std::string& threshold) {
@@ -37,14 +37,14 @@ ExportOptions points_options(const std::string& output, const std::string& thres
 
 // The table that belongs to the first `count` pixels; slices in [begin, end) alone.
 std::string expected_csv(std::size_t count, std::size_t begin = 0, std::size_t end = 6) {
-  std::vector<std::size_t> position_of_rank(462);
-  for (std::size_t p = 0; p < 462; ++p) position_of_rank[test_rank(p)] = p;
-  std::string text = "x,y,t,z,rank\n";
-  for (std::size_t rank = 0; rank < count; ++rank) {
-    const std::size_t p = position_of_rank[rank];
+  std::vector<std::size_t> position_of_place(462);
+  for (std::size_t p = 0; p < 462; ++p) position_of_place[test_place(p)] = p;
+  std::string text = "x,y,t,z,place\n";
+  for (std::size_t place = 0; place < count; ++place) {
+    const std::size_t p = position_of_place[place];
     const std::size_t slice = p / 77;
     if (slice >= begin && slice < end)
-      text += fmt::format("{},{},{},{},{}\n", p % 11, p / 11 % 7, slice % 3, slice / 3, rank);
+      text += fmt::format("{},{},{},{},{}\n", p % 11, p / 11 % 7, slice % 3, slice / 3, place);
   }
   return text;
 }
@@ -54,7 +54,7 @@ INSTANTIATE_TEST_SUITE_P(Types, ExportedPoints, testing::Values(ElementType::uin
 
 TEST_P(ExportedPoints, AreTheEarliestPixelsInTheirOrder) {
   const TemporaryFolder folder;
-  write_mask_file(folder / "mask.h5", extents, test_ranks(), GetParam());
+  write_mask_file(folder / "mask.h5", extents, test_places(), GetParam());
   for (const auto& [threshold, count] : {std::pair{"0.1", 46U}, {"0.5", 231U}, {"1", 462U}, {"0.0022", 1U}}) {
     const std::string out = folder / ("out" + std::string(threshold)) + "/";
     const ExportResult result = export_run_file(folder / "mask.h5", points_options(out, threshold), posix_file_ops());
@@ -69,7 +69,7 @@ TEST_P(ExportedPoints, AreTheEarliestPixelsInTheirOrder) {
       ASSERT_EQ(bytes.size(), 77U);
       reader.read_rows(0, 0, 7, bytes);
       for (std::size_t cell = 0; cell < 77; ++cell) {
-        const bool on = test_rank(cell + 77 * static_cast<std::size_t>(s)) < count;
+        const bool on = test_place(cell + 77 * static_cast<std::size_t>(s)) < count;
         EXPECT_EQ(std::to_integer<int>(bytes[cell]), on ? 255 : 0);
       }
     }
@@ -78,25 +78,25 @@ TEST_P(ExportedPoints, AreTheEarliestPixelsInTheirOrder) {
 
 TEST_P(ExportedPoints, AreArraysToo) {
   const TemporaryFolder folder;
-  write_mask_file(folder / "mask.h5", extents, test_ranks(), GetParam());
+  write_mask_file(folder / "mask.h5", extents, test_places(), GetParam());
   ExportOptions options = points_options(folder / "out/", "0.25");
   options.format = "npy";
   export_run_file(folder / "mask.h5", options, posix_file_ops());
   const NpyArray mask = read_npy(folder / "out/mask_below0.25.npy");
   EXPECT_THAT(mask.shape, ElementsAre(2, 3, 7, 11, 1));
-  for (std::size_t p = 0; p < 462; ++p) EXPECT_EQ(mask.values[p], test_rank(p) < 115 ? 1 : 0);
+  for (std::size_t p = 0; p < 462; ++p) EXPECT_EQ(mask.values[p], test_place(p) < 115 ? 1 : 0);
   const NpyArray points = read_npy(folder / "out/points_below0.25.npy");
   EXPECT_THAT(points.shape, ElementsAre(115, 5));
-  std::string text = "x,y,t,z,rank\n";
+  std::string text = "x,y,t,z,place\n";
   for (std::size_t i = 0; i < points.values.size(); ++i)
     text += fmt::format("{}{}", points.values[i], i % 5 == 4 ? "\n" : ",");
   EXPECT_EQ(text, expected_csv(115));
   EXPECT_EQ(read_bytes(folder / "out/points_below0.25.csv"), text);
 }
 
-TEST(ExportPoints, OfSomeSlicesKeepTheirRanksInTheWhole) {
+TEST(ExportPoints, OfSomeSlicesKeepTheirPlacesInTheWhole) {
   const TemporaryFolder folder;
-  write_mask_file(folder / "mask.h5", extents, test_ranks());
+  write_mask_file(folder / "mask.h5", extents, test_places());
   ExportOptions options = points_options(folder / "out", "0.5");
   options.slices = "2:4";
   const ExportResult result = export_run_file(folder / "mask.h5", options, posix_file_ops());
@@ -108,7 +108,7 @@ TEST(ExportPoints, OfSomeSlicesKeepTheirRanksInTheWhole) {
 
 TEST(ExportPoints, FollowTheFormatsLayoutsAndNames) {
   const TemporaryFolder folder;
-  write_mask_file(folder / "mask.h5", extents, test_ranks());
+  write_mask_file(folder / "mask.h5", extents, test_places());
   const auto files = [&](const std::string& output, const std::string& format, const std::string& layout,
                          const std::string& naming) {
     ExportOptions options = points_options(folder / output, "0.1");
@@ -133,7 +133,7 @@ TEST(ExportPoints, FollowTheFormatsLayoutsAndNames) {
     const TextureFile loaded = load_texture(folder / name, mask_config(extents));
     ASSERT_EQ(loaded.texture.values.size(), 462U) << name;
     for (std::size_t p = 0; p < 462; ++p)
-      ASSERT_EQ(loaded.texture.values[p] > 0.5F, test_rank(p) < 46) << name << " " << p;
+      ASSERT_EQ(loaded.texture.values[p] > 0.5F, test_place(p) < 46) << name << " " << p;
   }
 }
 
@@ -147,26 +147,26 @@ TEST(ExportPoints, RefusesFilesWithoutASequenceOrWithHalfOfOne) {
   write_run_file(folder / "plain.h5", config, start_texture(config));
   EXPECT_THAT(error("plain.h5"), AllOf(HasSubstr("plain.h5: holds no /order"), HasSubstr("\"void-and-cluster\"")));
   for (const ElementType type : {ElementType::uint32, ElementType::uint64}) {
-    std::vector<std::uint64_t> ranks = test_ranks();
-    ranks[5] = off_without_place;
-    ranks[461] = on_without_place;
-    write_mask_file(folder / "half.h5", extents, ranks, type);
+    std::vector<std::uint64_t> places = test_places();
+    places[5] = off_without_place;
+    places[461] = on_without_place;
+    write_mask_file(folder / "half.h5", extents, places, type);
     EXPECT_THAT(error("half.h5"), AllOf(HasSubstr("not finished: 460 of 462"), HasSubstr("--resume")));
   }
-  std::vector<std::uint64_t> ranks = test_ranks();
-  *std::find(ranks.begin(), ranks.end(), 13U) = 14;
-  write_mask_file(folder / "twice.h5", extents, ranks);
-  EXPECT_THAT(error("twice.h5"), HasSubstr("two pixels have rank 14"));
-  // The pixel that has rank 46 a second time is no point: the point of rank 13 is what is missing.
-  *std::find(ranks.begin(), ranks.end(), 14U) = 46;
-  write_mask_file(folder / "none.h5", extents, ranks);
-  EXPECT_THAT(error("none.h5"), HasSubstr("none has rank "));
+  std::vector<std::uint64_t> places = test_places();
+  *std::find(places.begin(), places.end(), 13U) = 14;
+  write_mask_file(folder / "twice.h5", extents, places);
+  EXPECT_THAT(error("twice.h5"), HasSubstr("two pixels have place 14"));
+  // The pixel that has place 46 a second time is no point: the point of place 13 is what is missing.
+  *std::find(places.begin(), places.end(), 14U) = 46;
+  write_mask_file(folder / "none.h5", extents, places);
+  EXPECT_THAT(error("none.h5"), HasSubstr("none has place "));
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
 TEST(ExportPoints, OfSeveralDensitiesFitIntoOneFolder) {
   const TemporaryFolder folder;
-  write_mask_file(folder / "mask.h5", extents, test_ranks());
+  write_mask_file(folder / "mask.h5", extents, test_places());
   for (const char* const format : {"png", "npy", "raw"})
     for (const char* const threshold : {"0.02", "0.1", "0.25", "0.5", "1"}) {
       ExportOptions options = points_options(folder / format + "/", threshold);
@@ -177,7 +177,7 @@ TEST(ExportPoints, OfSeveralDensitiesFitIntoOneFolder) {
 
 TEST(ExportPoints, AreWrittenAsATableAlone) {
   const TemporaryFolder folder;
-  write_mask_file(folder / "mask.h5", extents, test_ranks());
+  write_mask_file(folder / "mask.h5", extents, test_places());
   const ExportResult result =
       export_run_file(folder / "mask.h5", points_options(folder / "a.CSV", "0.1"), posix_file_ops());
   EXPECT_THAT(result.files, testing::IsEmpty());
@@ -191,7 +191,7 @@ TEST(ExportPoints, AreWrittenAsATableAlone) {
 
 TEST(ExportPoints, TellsAllFaultsAtOnceAndTouchesNothing) {
   const TemporaryFolder folder;
-  write_mask_file(folder / "mask.h5", extents, test_ranks());
+  write_mask_file(folder / "mask.h5", extents, test_places());
   ExportOptions options = points_options(folder / "out/", "0.001");
   options.with_density = true;
   options.range = "0:1";

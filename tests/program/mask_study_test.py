@@ -103,7 +103,7 @@ class PointsTest(MaskTest):
         t, y, x = numpy.unravel_index(expected, order.shape)
         rows = numpy.stack([x, y, t, numpy.arange(count)], axis=1)
         table = numpy.genfromtxt(self.folder / "points/points_below0.29.csv", delimiter=",", names=True, dtype=int)
-        self.assertEqual(table.dtype.names, ("x", "y", "t", "rank"))
+        self.assertEqual(table.dtype.names, ("x", "y", "t", "place"))
         numpy.testing.assert_array_equal(numpy.stack([table[name] for name in table.dtype.names], axis=1), rows)
         array = numpy.load(self.folder / "points/points_below0.29.npy")
         self.assertEqual(array.dtype, numpy.int64)

@@ -45,7 +45,7 @@ CONFIGS = {
         'filter.groups = [{ axes = "xy", kernel = "gauss", sigma = 0.9 },\n'
         '                 { axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.2 }]\n' + ANNEAL,
     "uniform, product over a deep axis without features":
-        'texture.size = { x = 16, y = 11, t = 19 }\n' + BOX_EMA + 'optimizer.background_rank = 0\n' + ANNEAL,
+        'texture.size = { x = 16, y = 11, t = 19 }\n' + BOX_EMA + 'optimizer.background_features = 0\n' + ANNEAL,
     "circle, product over a deep axis":
         'texture.size = { x = 16, y = 15, t = 17 }\ntexture.samples = "circle"\n' + BOX_EMA + ANNEAL,
     "circle, tiles":

@@ -186,10 +186,10 @@ TEST(Analyze, ShowsThePointsOfAMaskAndTheAxesThatItsFilterGroups) {
 
 TEST(Analyze, RefusesAMaskThatIsNotFinished) {
   const TemporaryFolder folder;
-  std::vector<std::uint64_t> ranks(35);
-  for (std::size_t p = 0; p < 35; ++p) ranks[p] = p;
-  ranks[3] = off_without_place;
-  write_mask_file(folder / "mask.h5", Extents({7, 5}), ranks);
+  std::vector<std::uint64_t> places(35);
+  for (std::size_t p = 0; p < 35; ++p) places[p] = p;
+  places[3] = off_without_place;
+  write_mask_file(folder / "mask.h5", Extents({7, 5}), places);
   EXPECT_THAT(user_error_of([&] { load_texture(folder / "mask.h5", std::nullopt); }),
               HasSubstr("mask.h5: not finished: 34 of 35 pixels"));
 }

@@ -114,7 +114,7 @@ TEST(OrderCheckpoint, GoesOnFromEveryPhaseOnOtherRankCounts) {
     for (std::size_t row = 0; row < expected_history.size(); ++row) {
       EXPECT_EQ(third.history[row].phase, expected_history[row].phase);
       EXPECT_EQ(third.history[row].swaps, expected_history[row].swaps);
-      EXPECT_EQ(third.history[row].ranked, expected_history[row].ranked);
+      EXPECT_EQ(third.history[row].placed, expected_history[row].placed);
     }
   }
   EXPECT_EQ(phases, (std::set<std::string>{"swap", "drain", "fill"}));
@@ -136,7 +136,7 @@ TEST(OrderCheckpoint, FileHoldsOrderMarksAndSamples) {
       EXPECT_EQ(reader.content().checksums.at("/samples"), checksum);
       const OrderState state = order_state(reader.content(), reader.path());
       EXPECT_EQ(state.start_points, 200);
-      EXPECT_EQ(state.ranked, run.vac.progress().num_placed);
+      EXPECT_EQ(state.placed, run.vac.progress().num_placed);
       EXPECT_EQ(state.finished, "");
       const auto order = values_of<std::uint32_t>(reader, "/order");
       const auto samples = values_of<float>(reader, "/samples");
@@ -149,8 +149,8 @@ TEST(OrderCheckpoint, FileHoldsOrderMarksAndSamples) {
         places.insert(order[i]);
         EXPECT_EQ(samples[i], sample_of_place(order[i], order.size(), config.order.bits));
       }
-      EXPECT_EQ(static_cast<std::int64_t>(places.size()), state.ranked);
-      EXPECT_EQ(num_on, state.phase == "fill" ? 0 : 200 - state.ranked);
+      EXPECT_EQ(static_cast<std::int64_t>(places.size()), state.placed);
+      EXPECT_EQ(num_on, state.phase == "fill" ? 0 : 200 - state.placed);
     }
   }
 }
@@ -167,9 +167,9 @@ TEST(OrderCheckpoint, RefusesAnOrderThatContradictsItsCounts) {
   const SharedFolder folder(world);
   const RunConfig config = config_of();
   const std::vector<Change> changes = {
-      {"twice the same place", [](auto&, auto& order) { order[5] = order[6]; }, "every rank once"},
-      {"a place past the end", [](auto&, auto& order) { order[5] = 1001; }, "every rank once"},
-      {"a pixel without place", [](auto&, auto& order) { order[5] = ~0U; }, "1000 pixels with a rank"},
+      {"twice the same place", [](auto&, auto& order) { order[5] = order[6]; }, "every place once"},
+      {"a place past the end", [](auto&, auto& order) { order[5] = 1001; }, "every place once"},
+      {"a pixel without place", [](auto&, auto& order) { order[5] = ~0U; }, "1000 pixels with a place"},
       {"a pixel that is on", [](auto&, auto& order) { order[5] = ~0U - 1; }, "1 that are on"},
       {"a phase of its own", [](auto& content, auto&) { content.state["phase"] = std::string("melt"); }, "\"melt\""},
       {"too few places", [](auto& content, auto&) { content.state["ranked"] = std::int64_t{7}; }, "no run has this"},
@@ -214,7 +214,7 @@ TEST(OrderCheckpoint, RefusesAnOrderThatContradictsItsCounts) {
 }
 
 TEST(OrderRows, DoNotDependOnTheSteps) {
-  const auto row = [](const OrderRow& r) { return std::array{r.phase, r.swaps, r.ranked}; };
+  const auto row = [](const OrderRow& r) { return std::array{r.phase, r.swaps, r.placed}; };
   const Communicator alone = Communicator::self();
   std::vector<std::array<double, 3>> expected;
   for (const std::int64_t step : {1'000'000, 1, 7, 200}) {

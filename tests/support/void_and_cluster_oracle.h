@@ -34,7 +34,7 @@ class VoidAndClusterOracle {
   std::int64_t num_swaps() const { return num_swaps_; }
 
   std::vector<std::uint64_t> order() {
-    std::vector<std::uint64_t> ranks(n_);
+    std::vector<std::uint64_t> places(n_);
     on_.assign(n_, false);
     energy_.assign(n_, 0);
     const auto start = vac_start_pattern(spec_);
@@ -49,20 +49,20 @@ class VoidAndClusterOracle {
       ++num_swaps_;
     }
     const std::vector<bool> pattern = on_;
-    for (std::uint64_t rank = start.size(); rank > 0; --rank) {
+    for (std::uint64_t place = start.size(); place > 0; --place) {
       const std::size_t cluster = extreme(true);
       flip(cluster);
-      ranks[cluster] = rank - 1;
+      places[cluster] = place - 1;
     }
     for (std::size_t p = 0; p < n_; ++p) {
       if (pattern[p]) flip(p);
     }
-    for (std::uint64_t rank = start.size(); rank < n_; ++rank) {
+    for (std::uint64_t place = start.size(); place < n_; ++place) {
       const std::size_t gap = extreme(false);
       flip(gap);
-      ranks[gap] = rank;
+      places[gap] = place;
     }
-    return ranks;
+    return places;
   }
 
  private:

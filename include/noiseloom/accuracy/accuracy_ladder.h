@@ -16,7 +16,7 @@
 namespace noiseloom {
 
 // One run. `setting` is what differs from the config: "" nothing, "iterations" (and perhaps the method), or a knob:
-// "cutoff", "background_rank", "precision" (and the iterations). `value` is that setting's, as a config spells it.
+// "cutoff", "background_features", "precision" (and the iterations). `value` is that setting's, as a config spells it.
 struct AccuracyPoint {
   Method method = Method::anneal;
   std::string setting;

@@ -200,6 +200,8 @@ struct Setting {
   bool one_of = false;            // table: holds exactly one of its keys; that of a --set replaces that of the file
   std::string_view example = {};  // tables: `a list of tables such as <example>`
   const CustomType* custom = nullptr;
+  // What older files call the leaf of the key: read as if they had the key itself. Not within lists.
+  std::string_view former = {};
   // word: called when the word has been set, for defaults that depend on it.
   void (*chosen)(const Owners&) = nullptr;
   // table, tables: called when all below has been read, sound or not.
@@ -230,6 +232,8 @@ struct FileKind {
   const Setting& row(std::string_view key) const;
   bool has_row(std::string_view key) const;
   bool applies(const Setting& setting, const Owners& owners) const;
+  // The leaf that `leaf` of the table `parent` is called now: itself, unless it is a former one.
+  std::string_view current_leaf(std::string_view parent, std::string_view leaf) const;
 };
 
 // The kind, with `make` for the struct that it fills.

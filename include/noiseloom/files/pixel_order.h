@@ -7,10 +7,14 @@
 #include <span>
 #include <string>
 
+#include "noiseloom/core/index.h"
 #include "noiseloom/files/order_codec.h"
 #include "noiseloom/files/run_file.h"
 
 namespace noiseloom {
+
+// A place in the sequence. (An entry of /order may also be a mark: order_codec.h.)
+using OrderPlace = Index<struct OrderPlaceTag, std::uint64_t>;
 
 // /order of an open run file. `path` is for messages; the reader must outlive it.
 class PixelOrder {
@@ -20,7 +24,7 @@ class PixelOrder {
 
   std::int64_t num_pixels() const { return reader_.content().extents.num_cells(); }
   // The place of every cell of the slice, below num_pixels().
-  void read_slice(SliceIndex slice, std::span<std::uint64_t> places) const;
+  void read_slice(SliceIndex slice, std::span<OrderPlace> places) const;
 
  private:
   const RunFileReader& reader_;

@@ -34,7 +34,7 @@ std::string to_string(ExportLayout layout);  // as --layout takes it
 // What a writer is given for each slice.
 enum class ContainerContent {
   pixels,  // finished numbers, [y][x][channel], native byte order, of the type that was chosen
-  ranks,   // the rank of each pixel in the sequence of a mask, uint64 [y][x]
+  places,  // the place of each pixel in the sequence of a mask, uint64 [y][x]
 };
 
 // Which numbers a container stores for the values of a texture.

@@ -10,6 +10,7 @@
 
 #include "noiseloom/config/config.h"
 #include "noiseloom/core/extents.h"
+#include "noiseloom/files/pixel_order.h"
 
 namespace noiseloom {
 
@@ -45,7 +46,8 @@ struct TextureReading {
   std::string axes = {};
 };
 
-inline constexpr SliceIndex ranked_slices = 16;
+// Of so many slices at most the places are kept.
+inline constexpr SliceIndex most_slices_with_places = 16;
 
 struct TextureFile {
   Texture texture;
@@ -54,8 +56,9 @@ struct TextureFile {
   std::vector<std::string> notes;                                    // what had to be assumed, one sentence each
   std::vector<std::pair<std::string, std::vector<double>>> history;  // run files
   std::string checksum;                                              // run files: of /samples
-  // Run files with /order: the places in the sequence of all pixels of the first slices, at most ranked_slices.
-  std::vector<std::uint64_t> ranks;
+  // Run files with /order: the places in the sequence of all pixels of the first slices, [slice][y][x], at most
+  // most_slices_with_places.
+  std::vector<OrderPlace> places;
   // Channels of the file that hold values of their own but are no part of the sample, by their names.
   std::vector<std::string> further_channels;
   double step = 0;  // between neighbouring values that the file could hold; 0: floats

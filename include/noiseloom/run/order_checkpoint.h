@@ -24,7 +24,7 @@ const char* vac_phase_name(VacPhase phase);  // "swap", "drain", "fill", "done"
 struct OrderRow {
   double phase = 0;   // as in VacPhase
   double swaps = 0;   // done so far
-  double ranked = 0;  // pixels that have a place
+  double placed = 0;  // pixels that have a place
   double seconds = 0;
 };
 
@@ -32,7 +32,7 @@ struct OrderState {
   std::string phase;  // vac_phase_name
   std::int64_t start_points = 0;
   std::int64_t swaps = 0;
-  std::int64_t ranked = 0;
+  std::int64_t placed = 0;
   std::string finished;  // "order" when every pixel has its place
   std::vector<OrderRow> history;
 };
