@@ -157,7 +157,7 @@ bool only_previous_generation(const std::string& path) {
 std::string previous_generation_note(const std::string& path) {
   const std::string previous = previous_generation(path);
   if (!looks_like_run_file(previous)) return "";
-  return fmt::format("; {}, the generation before it, is there", previous);
+  return fmt::format("; {}, the generation before it, is there (generate --resume goes on from it)", previous);
 }
 
 RunFileReader open_to_look_at(const std::string& path) {

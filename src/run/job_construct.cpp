@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <optional>
 
 #include "noiseloom/anneal/texture_score.h"
 #include "noiseloom/construct/sharpness.h"
 #include "noiseloom/core/quantity_text.h"
+#include "noiseloom/dist/halo_exchange.h"
+#include "noiseloom/dist/halo_plan.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom/run/construct_checkpoint.h"
 #include "noiseloom/run/job.h"
@@ -126,11 +129,42 @@ void ConstructJob::step(double run_s) {
   if (run_->done()) score();
 }
 
+// R counts pairs that construction leaves out, as their weight is so small (src/construct/stamp_kernel.h): slices
+// further apart than those that are held. So every slice is told once more, to all that need it for R.
 void ConstructJob::score() {
+  const Extents& extents = config_.problem.extents;
+  const Distribution& distribution = run_->distribution();
+  std::vector<Extents::SliceCoord> offsets;
+  for (const SliceTaps& slice : overlap_.slices()) offsets.push_back(slice.offset);
+  const HaloPlan needed(extents, offsets, distribution);
+  HaloExchange exchange(*communicator_, needed, distribution);
+  std::map<SliceIndex, std::vector<std::uint32_t>> heard;
+  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+    std::vector<SliceSwaps> told;
+    if (distribution.owns(slice)) {
+      SliceSwaps& message = told.emplace_back();
+      message.slice = slice;
+      if (!needed.listeners(slice).empty()) {
+        std::uint32_t cell = 0;
+        for (const std::uint32_t place : run_->places(slice)) message.swaps.push_back({cell++, place});
+      }
+    }
+    exchange.begin(std::span(&slice, 1), told);
+    exchange.wait([&](SliceIndex from, std::span<const Swap> cells_and_places) {
+      std::vector<std::uint32_t>& places = heard[from];
+      places.resize(cells_and_places.size());
+      for (const auto& [cell, place] : cells_and_places) places[cell] = place;
+    });
+  }
+  const IndexRange<SliceIndex> own = distribution.own_slices();
+  std::vector<SliceIndex> held(own.begin(), own.end());
+  held.insert(held.end(), needed.needed().begin(), needed.needed().end());
   mean_distance_ = mean_distance(source_, *communicator_, *pool_);
-  const auto planar = [&](SliceIndex slice) { return samples_of_places(run_->places(slice), source_.list(slice)); };
-  relative_error_ = texture_error(overlap_, source_, mean_distance_, run_->distribution(), run_->slices_held(), planar,
-                                  *communicator_, *pool_);
+  const auto planar = [&](SliceIndex slice) {
+    return samples_of_places(distribution.owns(slice) ? run_->places(slice) : heard.at(slice), source_.list(slice));
+  };
+  relative_error_ =
+      texture_error(overlap_, source_, mean_distance_, distribution, held, planar, *communicator_, *pool_);
 }
 
 std::string ConstructJob::position() const {

@@ -109,6 +109,17 @@ class Construct(ProgramTest):
         self.run_program("analyze", "run.h5", "-o", "report")
         self.assertTrue((self.folder / "report" / "report.html").exists())
 
+    def test_score_on_ranks_counts_slices_that_construction_leaves_out(self):
+        """A steep average over many slices: pairs far apart weigh too little to place by, but R counts them."""
+        config = self.write("steep.toml", CONFIG.replace("t = 5", "t = 24").replace("alpha = 0.1", "alpha = 0.9"))
+        states = []
+        for ranks in (None, 4, 24):
+            self.generate("run.h5", "--overwrite", config=config, ranks=ranks)
+            places, samples, state = self.read("run.h5")
+            states.append((samples.tobytes(), state["relative_error"]))
+        self.assertEqual(states[1], states[0])
+        self.assertEqual(states[2], states[0])
+
     def test_stop_and_resume_in_every_phase(self):
         self.generate("straight.h5")
         expected = self.info("straight.h5")["checksums"]
