@@ -37,6 +37,7 @@ bool PlaneField::may_fall(VacView view, bool on) const {
 
 void PlaneField::act(const SliceStamp& stamp, bool on, std::span<const std::uint32_t> cells) {
   if (cells.empty()) return;
+  ++epoch_;
   plane_simd::add_stamps(shape_of(kernel_.extents()), stamp, kernel_.weights().data(), words_, on, cells);
   for (const VacView view : {VacView::voids, VacView::clusters}) {
     if (may_fall(view, on)) bounds_[index(view)].stale = true;
@@ -57,42 +58,54 @@ void PlaneField::turn_off(std::uint32_t cell) {
   look_again(cell);
 }
 
-// Lowers the bounds of the leaves that a pixel of this slice reaches, where values may have fallen; its own leaf in any
-// case, as the pixel has come into view or left it.
-void PlaneField::look_again(std::uint32_t cell) {
+// The leaves that a pixel of this slice reaches; neighbouring rows may name a leaf again.
+template <class Visit>
+void PlaneField::each_leaf_in_reach(std::uint32_t cell, const Visit& visit) const {
   const std::int64_t width = kernel_.extents().width();
   const std::int64_t height = kernel_.extents().height();
   const auto x = static_cast<std::int64_t>(cell) % width;
   const auto y = static_cast<std::int64_t>(cell) / width;
+  std::size_t last = num_leaves_;
+  const auto visit_cells = [&](std::int64_t begin, std::int64_t end) {
+    for (auto leaf = static_cast<std::size_t>(begin) / leaf_words;
+         leaf <= static_cast<std::size_t>(end - 1) / leaf_words; ++leaf) {
+      if (leaf == last) continue;
+      last = leaf;
+      visit(leaf);
+    }
+  };
+  for (const StampRow& row : kernel_.stamps()[0].rows) {
+    std::int64_t line = y + row.dy;
+    line += line < 0 ? height : line >= height ? -height : 0;
+    line *= width;
+    const std::int64_t begin = x - row.lo;
+    const std::int64_t end = x + row.hi + 1;
+    const std::int64_t from = std::max<std::int64_t>(begin, 0);
+    const std::int64_t to = std::min(end, width);
+    if (to > from) visit_cells(line + from, line + to);
+    if (begin < 0) visit_cells(line + begin + width, line + std::min<std::int64_t>(end, 0) + width);
+    if (end > width) visit_cells(line + std::max(begin, width) - width, line + end - width);
+  }
+}
+
+// After a pixel of this slice was turned on or off. Lowers the bounds of the leaves that it reaches, where values may
+// have fallen; its own leaf in any case, as the pixel has come into view or left it.
+void PlaneField::look_again(std::uint32_t cell) {
   for (const VacView view : {VacView::voids, VacView::clusters}) {
     Bounds& bounds = bounds_[index(view)];
     if (bounds.stale || !bounds.watched) continue;
-    std::size_t last = num_leaves_;
-    const auto look = [&](std::int64_t begin, std::int64_t end) {
-      for (auto leaf = static_cast<std::size_t>(begin) / leaf_words;
-           leaf <= static_cast<std::size_t>(end - 1) / leaf_words; ++leaf) {
-        if (leaf == last) continue;
-        last = leaf;
-        const std::uint32_t least = least_of_leaf(leaf, view);
-        bounds.leaves[leaf] = least;
-        std::uint32_t& branch = bounds.branches[leaf / branch_leaves];
-        branch = std::min(branch, least);
-      }
+    const auto look = [&](std::size_t leaf) {
+      const std::uint32_t least = least_of_leaf(leaf, view);
+      bounds.leaves[leaf] = least;
+      bounds.winners[leaf].epoch = 0;
+      std::uint32_t& branch = bounds.branches[leaf / branch_leaves];
+      branch = std::min(branch, least);
     };
-    look(cell, std::int64_t{cell} + 1);
-    const bool on = is_on(cell);
-    if (!may_fall(view, on)) continue;
-    for (const StampRow& row : kernel_.stamps()[0].rows) {
-      std::int64_t line = y + row.dy;
-      line += line < 0 ? height : line >= height ? -height : 0;
-      line *= width;
-      const std::int64_t begin = x - row.lo;
-      const std::int64_t end = x + row.hi + 1;
-      const std::int64_t from = std::max<std::int64_t>(begin, 0);
-      const std::int64_t to = std::min(end, width);
-      if (to > from) look(line + from, line + to);
-      if (begin < 0) look(line + begin + width, line + std::min<std::int64_t>(end, 0) + width);
-      if (end > width) look(line + std::max(begin, width) - width, line + end - width);
+    look(cell / leaf_words);
+    if (may_fall(view, is_on(cell))) {
+      each_leaf_in_reach(cell, look);
+    } else {
+      each_leaf_in_reach(cell, [&](std::size_t leaf) { bounds.winners[leaf].epoch = 0; });
     }
   }
 }
@@ -106,6 +119,25 @@ std::uint32_t PlaneField::least_of_leaf(std::size_t leaf, VacView view) const {
   return plane_simd::least_of_leaf(copy.data(), view);
 }
 
+// Of the cells of a leaf with that value, the one with the least hash; requires that there is one.
+PlaneField::Winner PlaneField::winner_of(std::size_t leaf, VacView view, std::uint32_t value) const {
+  const auto flip = static_cast<std::uint32_t>(view);
+  const auto begin = static_cast<std::uint32_t>(leaf * leaf_words);
+  const auto end = std::min(cells_, begin + static_cast<std::uint32_t>(leaf_words));
+  Winner winner{0, 0, epoch_};
+  bool found = false;
+  for (std::uint32_t cell = begin; cell < end; ++cell) {
+    if ((words_[cell] ^ flip) != value) continue;
+    const std::uint32_t hash = hash_(first_position_ + cell) ^ flip;
+    if (found && hash >= winner.hash) continue;
+    winner.cell = cell;
+    winner.hash = hash;
+    found = true;
+  }
+  NOISELOOM_CHECK(found);
+  return winner;
+}
+
 void PlaneField::watch(bool voids, bool clusters) {
   for (const VacView view : {VacView::voids, VacView::clusters}) {
     Bounds& bounds = bounds_[index(view)];
@@ -114,6 +146,7 @@ void PlaneField::watch(bool voids, bool clusters) {
     if (bounds.watched) continue;
     bounds.leaves = {};
     bounds.branches = {};
+    bounds.winners = {};
   }
 }
 
@@ -122,6 +155,7 @@ void PlaneField::refresh(VacView view) {
   Bounds& bounds = bounds_[index(view)];
   const std::size_t num_branches = (num_leaves_ + branch_leaves - 1) / branch_leaves;
   bounds.leaves.assign(num_branches * branch_leaves, none);
+  bounds.winners.assign(num_branches * branch_leaves, {});
   bounds.branches.assign((num_branches + vector_words - 1) / vector_words * vector_words, none);
   const std::size_t whole = cells_ / leaf_words;
   plane_simd::leaf_minima(words_, whole, view, bounds.leaves.data());
@@ -136,7 +170,6 @@ std::optional<std::uint32_t> PlaneField::pick(VacView view) {
   Bounds& bounds = bounds_[index(view)];
   NOISELOOM_CHECK(bounds.watched);
   if (bounds.stale) refresh(view);
-  const auto flip = static_cast<std::uint32_t>(view);
   while (true) {
     const std::uint32_t least = plane_simd::least_of(bounds.branches.data(), bounds.branches.size());
     if (least >= vac_flag) return std::nullopt;
@@ -149,18 +182,16 @@ std::optional<std::uint32_t> PlaneField::pick(VacView view) {
       for (std::size_t i = 0; i < branch_leaves; ++i) {
         if (leaves[i] != least) continue;
         const std::size_t leaf = branch * branch_leaves + i;
-        leaves[i] = least_of_leaf(leaf, view);
-        if (leaves[i] != least) continue;
-        holds = true;
-        const auto begin = static_cast<std::uint32_t>(leaf * leaf_words);
-        const auto end = std::min(cells_, begin + static_cast<std::uint32_t>(leaf_words));
-        for (std::uint32_t cell = begin; cell < end; ++cell) {
-          if ((words_[cell] ^ flip) != least) continue;
-          const std::uint32_t hash = hash_(first_position_ + cell) ^ flip;
-          if (best && hash >= best_hash) continue;
-          best = cell;
-          best_hash = hash;
+        Winner& winner = bounds.winners[leaf];
+        if (winner.epoch != epoch_) {
+          leaves[i] = least_of_leaf(leaf, view);
+          if (leaves[i] != least) continue;
+          winner = winner_of(leaf, view, least);
         }
+        holds = true;
+        if (best && winner.hash >= best_hash) continue;
+        best = winner.cell;
+        best_hash = winner.hash;
       }
       if (!holds) bounds.branches[branch] = plane_simd::least_of(leaves, branch_leaves);
     }

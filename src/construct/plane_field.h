@@ -43,15 +43,27 @@ class PlaneField {
   std::optional<std::uint32_t> pick(VacView view);
 
  private:
+  // The cell of a leaf that would be picked, as long as the epoch is that of the field: until something may have
+  // changed. Else every pick would compare all cells of equal value anew, and where points lie out of each other's
+  // reach nearly all have one.
+  struct Winner {
+    std::uint32_t hash = 0;
+    std::uint32_t cell = 0;
+    std::uint32_t epoch = 0;
+  };
   struct Bounds {
     bool watched = false;
     bool stale = true;  // everything has to be looked at anew
     std::vector<std::uint32_t> leaves;
     std::vector<std::uint32_t> branches;
+    std::vector<Winner> winners;  // by leaf
   };
   static std::size_t index(VacView view) { return view == VacView::voids ? 0 : 1; }
   void refresh(VacView view);
   std::uint32_t least_of_leaf(std::size_t leaf, VacView view) const;
+  Winner winner_of(std::size_t leaf, VacView view, std::uint32_t value) const;
+  template <class Visit>
+  void each_leaf_in_reach(std::uint32_t cell, const Visit& visit) const;
   void look_again(std::uint32_t cell);
   bool may_fall(VacView view, bool on) const;
 
@@ -63,6 +75,7 @@ class PlaneField {
   VacWords memory_;       // a line before and behind the plane, which vectors may touch
   std::uint32_t* words_;  // begins at a line
   Bounds bounds_[2];
+  std::uint32_t epoch_ = 1;  // of what other slices did
 };
 
 }  // namespace noiseloom
