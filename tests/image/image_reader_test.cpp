@@ -146,7 +146,9 @@ TEST(ImageReader, RefusesClaimsThatTheFileCannotHold) {
       {"wide.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 90000 +X 80000\n"},
       {"wide.ppm", "P6 # comment\n 70000 70000 255\n"},
       {"wide.bmp", std::string("BM") + std::string(12, '\0') + little({40, 99999, -99999}) + std::string(40, '\0')}};
-  for (const auto& [name, bytes] : files) {
+  for (const auto& file : files) {
+    const std::string& name = file.first;
+    const std::string& bytes = file.second;
     write_bytes(folder / name, bytes);
     EXPECT_THAT(user_error_of([&] { ImageReader reader(folder / name); }), HasSubstr("cannot hold so many")) << name;
   }
@@ -164,7 +166,10 @@ TEST(ImageReader, RefusesBmpFilesThatNameWhatTheyDoNotHold) {
       {"runs4.bmp", bmp(4, 2, 0), "compressed"},   {"fields.bmp", bmp(32, 3, 0), "compressed"},
       {"short8.bmp", bmp(8, 0, 3), "palette"},     {"short4.bmp", bmp(4, 0, 15), "palette"},
       {"long1.bmp", bmp(1, 0, -5), "palette"}};
-  for (const auto& [name, bytes, words] : files) {
+  for (const auto& file : files) {
+    const std::string& name = std::get<0>(file);
+    const std::string& bytes = std::get<1>(file);
+    const std::string& words = std::get<2>(file);
     write_bytes(folder / name, bytes);
     EXPECT_THAT(user_error_of([&] { ImageReader reader(folder / name); }), HasSubstr(words)) << name;
   }
@@ -182,7 +187,9 @@ TEST(ImageReader, RefusesImagesWithoutPixels) {
       {"a.exr", exr_header(0, 5, false)},
       {"a.tif", tiff_header(5, 0)},
       {"a.tga", std::string(18, '\0')}};
-  for (const auto& [name, bytes] : files) {
+  for (const auto& file : files) {
+    const std::string& name = file.first;
+    const std::string& bytes = file.second;
     write_bytes(folder / name, bytes);
     EXPECT_THAT(user_error_of([&] { ImageReader reader(folder / name); }), HasSubstr("its header says")) << name;
   }

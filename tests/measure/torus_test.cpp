@@ -94,7 +94,7 @@ TEST(Torus, NeighboursAcrossTheSeamAreAsThoseInside) {
   const std::vector<std::uint64_t> ranks = mask_places(spec);
   for (int axis = 0; axis < 3; ++axis) {
     const Layers layers(spec.extents, ranks, axis);
-    for (const std::size_t lag : {1, 2, 3}) {
+    for (const std::size_t lag : {std::size_t{1}, std::size_t{2}, std::size_t{3}}) {
       const Moments usual = inside(layers, lag);
       for (std::size_t i = layers.count() - lag; i < layers.count(); ++i)
         EXPECT_NEAR(layers.correlation(i, i + lag), usual.mean, slack * usual.deviation) << axis << " " << lag;
