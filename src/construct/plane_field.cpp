@@ -23,11 +23,10 @@ PlaneField::PlaneField(const StampKernel& kernel, const VacTieHash& hash, std::u
       first_position_(first_position),
       cells_(narrow<std::uint32_t>(kernel.extents().cells_per_slice())),
       num_leaves_((cells_ + leaf_words - 1) / leaf_words),
-      memory_(allocate_words(num_leaves_ * leaf_words + 2 * vector_words)),
-      words_(memory_.get() + vector_words) {}
+      words_(allocate_words(num_leaves_ * leaf_words + vector_words)) {}
 
 void PlaneField::clear() {
-  std::fill_n(memory_.get(), num_leaves_ * leaf_words + 2 * vector_words, kernel_.bias());
+  std::fill_n(words_.get(), num_leaves_ * leaf_words + vector_words, kernel_.bias());
   for (Bounds& bounds : bounds_) bounds.stale = true;
 }
 
@@ -38,7 +37,7 @@ bool PlaneField::may_fall(VacView view, bool on) const {
 void PlaneField::act(const SliceStamp& stamp, bool on, std::span<const std::uint32_t> cells) {
   if (cells.empty()) return;
   ++epoch_;
-  plane_simd::add_stamps(shape_of(kernel_.extents()), stamp, kernel_.weights().data(), words_, on, cells);
+  plane_simd::add_stamps(shape_of(kernel_.extents()), stamp, kernel_.weights().data(), words_.get(), on, cells);
   for (const VacView view : {VacView::voids, VacView::clusters}) {
     if (may_fall(view, on)) bounds_[index(view)].stale = true;
   }
@@ -46,15 +45,15 @@ void PlaneField::act(const SliceStamp& stamp, bool on, std::span<const std::uint
 
 void PlaneField::turn_on(std::uint32_t cell) {
   words_[cell] |= vac_flag;
-  plane_simd::add_stamps(shape_of(kernel_.extents()), kernel_.stamps()[0], kernel_.weights().data(), words_, true,
+  plane_simd::add_stamps(shape_of(kernel_.extents()), kernel_.stamps()[0], kernel_.weights().data(), words_.get(), true,
                          {&cell, 1});
   look_again(cell);
 }
 
 void PlaneField::turn_off(std::uint32_t cell) {
   words_[cell] &= ~vac_flag;
-  plane_simd::add_stamps(shape_of(kernel_.extents()), kernel_.stamps()[0], kernel_.weights().data(), words_, false,
-                         {&cell, 1});
+  plane_simd::add_stamps(shape_of(kernel_.extents()), kernel_.stamps()[0], kernel_.weights().data(), words_.get(),
+                         false, {&cell, 1});
   look_again(cell);
 }
 
@@ -112,10 +111,10 @@ void PlaneField::look_again(std::uint32_t cell) {
 
 std::uint32_t PlaneField::least_of_leaf(std::size_t leaf, VacView view) const {
   const std::size_t begin = leaf * leaf_words;
-  if (begin + leaf_words <= cells_) return plane_simd::least_of_leaf(words_ + begin, view);
+  if (begin + leaf_words <= cells_) return plane_simd::least_of_leaf(words_.get() + begin, view);
   std::array<std::uint32_t, leaf_words> copy;
   copy.fill(~static_cast<std::uint32_t>(view));  // what no view looks for
-  std::copy_n(words_ + begin, cells_ - begin, copy.begin());
+  std::copy_n(words_.get() + begin, cells_ - begin, copy.begin());
   return plane_simd::least_of_leaf(copy.data(), view);
 }
 
@@ -158,7 +157,7 @@ void PlaneField::refresh(VacView view) {
   bounds.winners.assign(num_branches * branch_leaves, {});
   bounds.branches.assign((num_branches + vector_words - 1) / vector_words * vector_words, none);
   const std::size_t whole = cells_ / leaf_words;
-  plane_simd::leaf_minima(words_, whole, view, bounds.leaves.data());
+  plane_simd::leaf_minima(words_.get(), whole, view, bounds.leaves.data());
   if (whole < num_leaves_) bounds.leaves[whole] = least_of_leaf(whole, view);
   for (std::size_t branch = 0; branch < num_branches; ++branch) {
     bounds.branches[branch] = plane_simd::least_of(bounds.leaves.data() + branch * branch_leaves, branch_leaves);

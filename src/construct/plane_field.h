@@ -72,8 +72,7 @@ class PlaneField {
   std::uint64_t first_position_;
   std::uint32_t cells_;
   std::size_t num_leaves_;
-  VacWords memory_;       // a line before and behind the plane, which vectors may touch
-  std::uint32_t* words_;  // begins at a line
+  VacWords words_;  // the plane, filled up to whole leaves, and a vector behind it
   Bounds bounds_[2];
   std::uint32_t epoch_ = 1;  // of what other slices did
 };

@@ -7,6 +7,7 @@
 
 #include "noiseloom/config/inputs.h"
 #include "noiseloom/files/output_probe.h"
+#include "run/plan_memory.h"
 #include "run/plan_swap.h"
 
 namespace noiseloom {
@@ -57,6 +58,18 @@ std::vector<Rank> ranks_to_look_at(int ranks) {
     some.push_back(Rank(static_cast<int>(place)));
   }
   return some;
+}
+
+void add_rank(PlanRank rank, const PlanMemory& memory, RunPlan& plan) {
+  rank.bytes = memory.peak();
+  if (rank.bytes > plan.most.peak()) plan.most = memory;
+  plan.ranks.push_back(rank);
+}
+
+void add_node_bytes(RunPlan& plan) {
+  double other = 0;
+  for (std::size_t k = 1; k < plan.ranks.size(); ++k) other = std::max(other, plan.ranks[k].bytes);
+  plan.node_bytes = bytes_of_node(plan.ranks.front().bytes, other, plan.request);
 }
 
 void add_file_sizes(const RunConfig& config, const std::vector<SliceDataset>& datasets, RunPlan& plan) {

@@ -119,8 +119,6 @@ RunPlan plan_construct(const RunConfig& config, const PlanRequest& request) {
   const std::vector<Rank> looked_at = ranks_to_look_at(request.ranks);
   const bool has_pdf =
       !config.problem.samples.is_file() && !sample_space(config.problem.samples).traits().has_constant_density;
-  double writer = 0;
-  double other = 0;
   double told = 0;
   double messages = 0;
   for (const Rank rank : looked_at) {
@@ -132,15 +130,10 @@ RunPlan plan_construct(const RunConfig& config, const PlanRequest& request) {
     }
     told += as_double(halo.messages_per_sweep());
     messages += as_double(std::ssize(peers)) * as_double(plan.num_classes);
-    PlanRank entry{rank, distribution.num_own(), std::ssize(halo.needed()), 0};
-    const PlanMemory memory = construct_memory(extents, outline, has_pdf, request, entry);
-    entry.bytes = memory.peak();
-    if (entry.bytes > plan.most.peak()) plan.most = memory;
-    double& most = rank == Rank(0) ? writer : other;
-    most = std::max(most, entry.bytes);
-    plan.ranks.push_back(entry);
+    const PlanRank entry{rank, distribution.num_own(), std::ssize(halo.needed()), 0};
+    add_rank(entry, construct_memory(extents, outline, has_pdf, request, entry), plan);
   }
-  plan.node_bytes = bytes_of_node(writer, other, request);
+  add_node_bytes(plan);
   const double share = as_double(request.ranks) / as_double(std::ssize(looked_at));
   const auto cells = as_double(extents.cells_per_slice());
   plan.exchange.slice_updates = std::round(told * share);

@@ -117,18 +117,11 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request) {
   plan.filter.exact = false;
 
   const Partition partition(extents.num_slices(), request.ranks);
-  double writer = 0;
-  double other = 0;
   for (const Rank rank : ranks_to_look_at(request.ranks)) {
-    PlanRank entry{rank, partition.count(rank), 0, 0};
-    const PlanMemory memory = order_memory(spec, taps, request, entry);
-    entry.bytes = memory.peak();
-    if (entry.bytes > plan.most.peak()) plan.most = memory;
-    double& most = rank == Rank(0) ? writer : other;
-    most = std::max(most, entry.bytes);
-    plan.ranks.push_back(entry);
+    const PlanRank entry{rank, partition.count(rank), 0, 0};
+    add_rank(entry, order_memory(spec, taps, request, entry), plan);
   }
-  plan.node_bytes = bytes_of_node(writer, other, request);
+  add_node_bytes(plan);
   const double pixels = as_double(extents.num_cells());
   add_file_sizes(config, order_run_datasets(extents), plan);
 

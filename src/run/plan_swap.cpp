@@ -207,8 +207,6 @@ void SwapPlan::add_ranks() {
   for (const SliceTaps& slice : scored_.slices.slices()) offsets.push_back(slice.offset);
   const SwapSizes sizes = this->sizes();
   const std::vector<Rank> looked_at = ranks_to_look_at(plan_.request.ranks);
-  double writer = 0;
-  double other = 0;
   for (const Rank rank : looked_at) {
     const Distribution distribution(partition_, rank);
     const HaloPlan halo(extents_, offsets, distribution);
@@ -220,15 +218,10 @@ void SwapPlan::add_ranks() {
     // One message for each peer and class, where as many slices are told.
     plan_.exchange.messages +=
         std::min(as_double(halo.messages_per_sweep()), as_double(std::ssize(peers)) * as_double(plan_.num_classes));
-    PlanRank entry{rank, distribution.num_own(), std::ssize(halo.needed()), 0};
-    const PlanMemory memory = swap_memory(sizes, scored_, judged_, extents_.num_slices(), plan_.request, entry);
-    entry.bytes = memory.peak();
-    if (entry.bytes > plan_.most.peak()) plan_.most = memory;
-    double& most = rank == Rank(0) ? writer : other;
-    most = std::max(most, entry.bytes);
-    plan_.ranks.push_back(entry);
+    const PlanRank entry{rank, distribution.num_own(), std::ssize(halo.needed()), 0};
+    add_rank(entry, swap_memory(sizes, scored_, judged_, extents_.num_slices(), plan_.request, entry), plan_);
   }
-  plan_.node_bytes = bytes_of_node(writer, other, plan_.request);
+  add_node_bytes(plan_);
   const double share = as_double(plan_.request.ranks) / as_double(std::ssize(looked_at));
   plan_.exchange.slice_updates = std::round(plan_.exchange.slice_updates * share);
   plan_.exchange.messages = std::round(plan_.exchange.messages * share);
