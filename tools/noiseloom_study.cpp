@@ -15,6 +15,7 @@
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/standard_streams.h"
+#include "noiseloom_options.h"
 
 namespace noiseloom {
 namespace {
@@ -44,11 +45,7 @@ int run(int argc, char** argv) {
   int status = exit_done;
   add_accuracy(app, status);
   try {
-    try {
-      app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-      if (app.exit(error) != 0) return exit_user;  // 0: the help was asked for, and is printed
-    }
+    read_options(app, argc, argv);
     flush_standard_output();
     return status;
   } catch (const UserError& error) {

@@ -40,7 +40,8 @@ struct SlicePlace {
   friend bool operator==(const SlicePlace&, const SlicePlace&) = default;
 };
 
-struct RestPlace {
+// Bytes that no slice covers: headers of HDF5, attributes, small datasets.
+struct OutsideRange {
   std::uint64_t begin = 0;
   std::uint64_t end = 0;
   std::uint64_t digest = 0;
@@ -50,14 +51,14 @@ struct RunFileBlock {
   std::uint64_t block_bytes = 0;
   std::uint64_t length = 0;
   std::vector<SlicePlace> slices;
-  std::vector<RestPlace> rest;
+  std::vector<OutsideRange> outside_slices;
 };
 
 // A size that holds the block of any file with datasets of these names: a power of two, as HDF5 asks.
 std::uint64_t block_bytes_for(const std::vector<std::string>& dataset_names);
 
 // What the slices leave of [block_bytes, length), without digests.
-std::vector<RestPlace> rest_places(const RunFileBlock& block);
+std::vector<OutsideRange> ranges_outside_slices(const RunFileBlock& block);
 
 // The digest of the bytes [begin, end) of an open file.
 std::uint64_t digest_of_range(FileOps& ops, int fd, std::uint64_t begin, std::uint64_t end);

@@ -215,8 +215,8 @@ void RunFileWriter::Impl::write_block() {
   block.block_bytes = block_bytes;
   block.length = ops.size(fd);
   for (const OpenDataset& dataset : datasets) block.slices.push_back(dataset.place);
-  block.rest = rest_places(block);
-  for (RestPlace& place : block.rest) place.digest = digest_of_range(ops, fd, place.begin, place.end);
+  block.outside_slices = ranges_outside_slices(block);
+  for (OutsideRange& place : block.outside_slices) place.digest = digest_of_range(ops, fd, place.begin, place.end);
   const std::string text = to_text(block);
   ops.write(fd, 0, std::as_bytes(std::span(text)));
 }
