@@ -26,7 +26,6 @@ constexpr double coupled_slice_bytes = 48;
 // Swaps a candidate while the run is hot.
 constexpr double hot_acceptance = 0.45;
 
-double as_double(std::int64_t count) { return static_cast<double>(count); }
 std::int64_t round_up(std::int64_t n, std::int64_t multiple) { return (n + multiple - 1) / multiple * multiple; }
 
 // One thread: the copy of the tile and of its transpose, positions of samples both ways, and what of the other slices

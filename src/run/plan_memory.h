@@ -9,6 +9,9 @@
 
 namespace noiseloom {
 
+// Costs are estimated in floating point: exact counts would overflow.
+inline double as_double(std::int64_t count) { return static_cast<double>(count); }
+
 // What the memory of a run of swaps depends on.
 struct SwapSizes {
   FieldLayout slice;       // as the engine keeps slices
