@@ -22,7 +22,7 @@ namespace {
 constexpr int exit_stopped = 75;
 constexpr int most_threads = 1024;
 
-struct Arguments {
+struct AccuracyArguments {
   AccuracyOptions options;
   std::string budget = "5m";
   std::string threads;
@@ -37,7 +37,7 @@ std::string program_beside() {
   return std::filesystem::exists(beside) ? beside.string() : "noiseloom";
 }
 
-int run(Arguments& arguments) {
+int run_accuracy_command(AccuracyArguments& arguments) {
   std::vector<Fault> faults;
   AccuracyOptions& options = arguments.options;
   if (const auto seconds = parse_duration(arguments.budget); seconds && *seconds > 0) {
@@ -63,7 +63,7 @@ int run(Arguments& arguments) {
 
 void add_accuracy(CLI::App& app, int& status) {
   auto* const command = app.add_subcommand("accuracy", "What accuracy costs: R against seconds for a config");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<AccuracyArguments>();
   AccuracyOptions& options = arguments->options;
   command->add_option("CONFIG", options.config, "Config (TOML)")->required();
   command->add_option("-o,--output", options.folder, "Folder to write to (made if missing)")->required();
@@ -84,7 +84,7 @@ void add_accuracy(CLI::App& app, int& status) {
       "(exit 75), --resume goes on, with a larger --budget further.\n\n"
       "  noiseloom accuracy run.toml -o accuracy/                        five minutes; then open accuracy/report.html\n"
       "  noiseloom accuracy run.toml -o accuracy/ --resume --budget 1h   go on from there\n");
-  command->callback([arguments, &status] { status = run(*arguments); });
+  command->callback([arguments, &status] { status = run_accuracy_command(*arguments); });
 }
 
 }  // namespace noiseloom
