@@ -62,7 +62,7 @@ int run(int argc, char** argv) {
 }
 
 // Runs before the libraries are set up, as one of them starts threads then (main() would be too late).
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(NOISELOOM_SANITIZE_ADDRESS) && !defined(NOISELOOM_SANITIZE_THREAD)
 void refuse_little_address_space(int, char**, char**) {
   if (!enough_address_space()) ::_exit(exit_environment);
 }
