@@ -29,6 +29,9 @@ namespace noiseloom {
 
 inline constexpr int run_file_format = 1;
 
+// Where the digests of the slices of a dataset such as "/samples" lie.
+inline std::string checksum_path(const std::string& dataset) { return "/checksum" + dataset; }
+
 struct SlicePlace {
   std::string name;
   std::uint64_t offset = 0;

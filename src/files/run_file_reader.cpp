@@ -90,9 +90,6 @@ SliceDataset describe(const hdf5::Location& at, const std::string& name, hid_t d
   return spec;
 }
 
-// Where the digests of the slices of "/samples" lie.
-std::string checksum_path(const std::string& dataset) { return "/checksum" + dataset; }
-
 }  // namespace
 
 struct RunFileReader::Impl {
