@@ -73,8 +73,9 @@ std::string to_text(const RunFileBlock& block);
 std::string block_last_line(std::string_view before);
 inline constexpr std::size_t block_last_line_bytes = sizeof("digest 0123456789abcdef\n") - 1;
 
-// Longer than it was written, and changed inside too: what a program leaves that writes into it with HDF5.
-class LongerRunFile : public DamagedRunFile {
+// Of another length than it was written with, and changed inside too: what a program leaves that writes into it with
+// HDF5 or packs it anew, if it is not cut off.
+class ResizedRunFile : public DamagedRunFile {
   using DamagedRunFile::DamagedRunFile;
 };
 

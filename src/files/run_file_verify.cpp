@@ -195,8 +195,8 @@ std::string place_of(const RunFileBlock& block, std::uint64_t byte) {
 
 void check_length(const RunFileBlock& block, std::uint64_t size, const std::string& path) {
   if (size < block.length) {
-    throw_damaged(
-        path, fmt::format("truncated: {} of {} bytes are left; it ends {}", size, block.length, place_of(block, size)));
+    throw ResizedRunFile(path, fmt::format("truncated: {} of {} bytes are left; it ends {}; {}", size, block.length,
+                                           place_of(block, size), advice));
   }
 }
 
@@ -280,7 +280,7 @@ RunFileBlock verify_run_file(FileOps& ops, int fd, const std::string& path) {
   }
   if (faults.empty()) return block;
   faults.back().text += fmt::format("; {}", advice);
-  if (changed_and_longer) throw LongerRunFile(faults);
+  if (changed_and_longer) throw ResizedRunFile(faults);
   throw DamagedRunFile(faults);
 }
 
