@@ -129,7 +129,7 @@ RunPlan plan_construct(const RunConfig& config, const PlanRequest& request) {
     told += as_double(halo.messages_per_sweep());
     messages += as_double(std::ssize(peers)) * as_double(plan.num_classes);
     const PlanRank entry{rank, distribution.num_own(), std::ssize(halo.needed()), 0};
-    add_rank(entry, construct_memory(extents, outline, has_pdf, request, entry), plan);
+    add_rank(entry, construct_memory(extents, outline, request, entry), plan);
   }
   add_node_bytes(plan);
   const double share = as_double(request.ranks) / as_double(std::ssize(looked_at));
