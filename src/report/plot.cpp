@@ -240,7 +240,7 @@ std::string line_svg(const PlotLine& line, const Scale& x, const Scale& y) {
   for (std::size_t i = 0; i < line.x.size(); ++i) {
     if (!x.holds(line.x[i]) || !y.holds(line.y[i])) continue;
     points += fmt::format("{:.1f},{:.1f} ", x(line.x[i]), y(line.y[i]));
-    if (i < line.low.size() && i < line.high.size() && y.holds(line.low[i]) && y.holds(line.high[i]))
+    if (i < line.low.size() && i < line.high.size() && y.holds(line.low[i]) && line.low[i] < line.high[i])
       markers += fmt::format("<line class='{0}' x1='{1:.1f}' x2='{1:.1f}' y1='{2:.1f}' y2='{3:.1f}'/>\n",
                              style_class(line.style), x(line.x[i]), y(line.low[i]), y(line.high[i]));
     if (i < line.names.size())
