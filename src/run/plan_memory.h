@@ -9,6 +9,9 @@
 
 namespace noiseloom {
 
+// Costs are estimated in floating point: exact counts would overflow.
+inline double as_double(std::int64_t count) { return static_cast<double>(count); }
+
 // What the memory of a run of swaps depends on.
 struct SwapSizes {
   FieldLayout slice;       // as the engine keeps slices
@@ -35,8 +38,8 @@ PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, cons
 PlanMemory order_memory(const VacSpec& spec, double kernel_taps, const PlanRequest& request, const PlanRank& rank);
 
 // Construction.
-PlanMemory construct_memory(const Extents& extents, const FilterOutline& overlap, bool has_pdf,
-                            const PlanRequest& request, const PlanRank& rank);
+PlanMemory construct_memory(const Extents& extents, const FilterOutline& overlap, const PlanRequest& request,
+                            const PlanRank& rank);
 
 // The program with MPI and HDF5 before any texture.
 double program_bytes(const PlanRequest& request);

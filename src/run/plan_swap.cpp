@@ -19,8 +19,6 @@
 namespace noiseloom {
 namespace {
 
-// Swaps per candidate, averaged over a run that cools down.
-constexpr double typical_acceptance = 0.15;
 // Between ranks of one machine or a fast network, measured on this kind of machine.
 constexpr double exchanged_bytes_per_second = 1e9;
 constexpr double message_s = 5e-6;
@@ -37,8 +35,6 @@ constexpr double score_shown_share = 0.02;
 double quick_score(DistanceKind kind) {
   return kind == DistanceKind::angle ? 0.09 : kind == DistanceKind::euclidean ? 0.24 : 0.33;
 }
-
-double as_double(std::int64_t count) { return static_cast<double>(count); }
 
 // What is known of the samples without making them.
 struct Samples {
