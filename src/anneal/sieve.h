@@ -1,12 +1,12 @@
 // What a swap would change, estimated through features (feature_map.h) of all slices, the moving one included: a sieve,
-// so that only those candidates are judged by all their taps that may be accepted. When a run has cooled, that is one in
-// ten.
+// so that only those candidates are judged by all their taps that may be accepted. When a run has cooled, that is one
+// in ten.
 //
 //   sum_k F(i - k) K(s, s_k)  ~  f(s) . B_i  +  terms of one sample,       B_i = A sum_{k != i} F(i - k) f(s_k)
 //   dE / 2                    ~  (f(b) - f(a)) . (B_i - B_j)  -  F(i - j) (K(a, a) + K(b, b) - 2 K(a, b))
 //
-// for a sample a at i and b at j. Unlike the background's, this B holds the moving slice, so that a swap changes it within
-// the footprints of both cells: a cost for each swap, not for each candidate.
+// for a sample a at i and b at j. Unlike the background's, this B holds the moving slice, so that a swap changes it
+// within the footprints of both cells: a cost for each swap, not for each candidate.
 #pragma once
 
 #include <span>
@@ -53,10 +53,10 @@ class Sieve {
   float centre_ = 0;                                          // which counts no more than it should: see bind()
   std::vector<FootprintRow> rows_;                            // of the own slice, without a centre
   std::vector<float> weights_;
-  std::vector<float> mixing_;         // A, rows of num_lanes
-  std::vector<float> sums_;           // [feature][plane with border]
-  std::vector<float> scratch_;        // as many
-  std::vector<float> stack_;          // as many, where others count by the same pixel
+  std::vector<float> mixing_;           // A, rows of num_lanes
+  std::vector<float> sums_;             // [feature][plane with border]
+  std::vector<float> scratch_;          // as many
+  std::vector<float> stack_;            // as many, where others count by the same pixel
   std::vector<BlockWeights> features_;  // f by cell
   std::vector<BlockWeights> pulls_;     // B by cell
   std::vector<BlockWeights> change_;    // of B by a swap, for a weight of 1
