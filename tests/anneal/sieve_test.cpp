@@ -256,7 +256,9 @@ TEST(SwapChoices, SieveWhereTapsCostMuch) {
   EXPECT_FALSE(wants(DistanceKind::euclidean, distance, 24, usual));
   EXPECT_TRUE(wants(DistanceKind::angle, distance, 24, usual));
   EXPECT_TRUE(wants(DistanceKind::euclidean, ValueKernelKind::stbn, 24, usual));
-  EXPECT_FALSE(wants(DistanceKind::absolute, distance, 80, usual));
+  EXPECT_FALSE(wants(DistanceKind::absolute, distance, 800, usual));
+  EXPECT_FALSE(wants(DistanceKind::circle, distance, 800, usual));
+  EXPECT_TRUE(wants(DistanceKind::absolute, ValueKernelKind::stbn, 24, usual));
   EXPECT_FALSE(wants(DistanceKind::angle, distance, 24, usual, false));
   OptimizerSpec other = usual;
   other.sieve_features = 0;
