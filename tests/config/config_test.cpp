@@ -234,7 +234,7 @@ stop = { iterations = 11 }
 precision = "float"
 cutoff = 0.0
 background_features = 8
-sieve_features = 0
+sieve_features = 16
 )");
 }
 
