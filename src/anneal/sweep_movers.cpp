@@ -31,13 +31,12 @@ void SweepMovers::make_movers() {
   }
 }
 
-void SweepMovers::prepare(double fraction) {
+void SweepMovers::prepare(double fraction, int num_features) {
   partners_ = partners_for(source_.distance(), source_.channels(), tile_, fraction);
-  const int wanted = num_features(optimizer_, fraction);
-  if (!features_ || wanted == features_wanted_) return;
-  features_wanted_ = wanted;
+  if (!features_ || num_features == features_wanted_) return;
+  features_wanted_ = num_features;
   anneal_movers_.clear();  // before the features that they look at
-  features_ = features_between_slices(optimizer_, energy_, kernel_, source_, wanted);
+  features_ = features_between_slices(optimizer_, energy_, kernel_, source_, num_features);
   make_movers();
 }
 

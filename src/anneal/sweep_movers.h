@@ -22,8 +22,8 @@ class SweepMovers {
 
   // Whether other slices act through features, and not through all taps. The same for the whole run.
   bool use_features() const { return features_.has_value(); }
-  // What fits where a round is `fraction` through.
-  void prepare(double fraction);
+  // Partners that fit where the schedule is `fraction` through; that many features, where there are any.
+  void prepare(double fraction, int num_features);
 
   // Visits a tile of a slice, in the thread `worker`. `heat`: the temperature, or gamma with the paper's method.
   VisitResult visit(const Visit& visit, double heat, const SliceField& field,
