@@ -19,6 +19,9 @@ target_compile_options(noiseloom_flags INTERFACE
   $<$<AND:$<BOOL:${CMAKE_UNITY_BUILD}>,$<CXX_COMPILER_ID:GNU>>:-Wno-subobject-linkage>  # takes all files of a batch for headers
   $<$<BOOL:${NOISELOOM_WERROR}>:-Werror>
   ${noiseloom_sanitizers} $<$<BOOL:${NOISELOOM_SANITIZE}>:-fno-sanitize-recover=all -fno-omit-frame-pointer>)
+if(NOISELOOM_SANITIZE)  # compilers have no common way to say so
+  target_compile_definitions(noiseloom_flags INTERFACE NOISELOOM_SANITIZE_${NOISELOOM_SANITIZE})
+endif()
 target_link_options(noiseloom_flags INTERFACE ${noiseloom_sanitizers})
 
 # What the words of the third column stand for. Random123 is headers alone.

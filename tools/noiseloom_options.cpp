@@ -18,6 +18,12 @@ std::vector<std::string> option_names(const CLI::App& app) {
   return names;
 }
 
+// The command whose options were given: `app` itself, or the one of its subcommands that the line names.
+const CLI::App& command_of(const CLI::App& app) {
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  return chosen.empty() ? app : *chosen.front();
+}
+
 // Faults for options that the command does not have. A word without a dash may be the value of one: it is named only
 // where there is no such option to blame.
 std::vector<Fault> unexpected_words(const CLI::App& app) {
@@ -29,7 +35,7 @@ std::vector<Fault> unexpected_words(const CLI::App& app) {
       continue;
     }
     const std::string name = word.substr(0, word.find('='));
-    const std::string near = nearest_word(name, option_names(app));
+    const std::string near = nearest_word(name, option_names(command_of(app)));
     options.push_back({"command line", fmt::format("{}: unknown option{}", name,
                                                    near.empty() ? "" : fmt::format("; did you mean {}?", near))});
   }
@@ -49,7 +55,9 @@ std::optional<int> read_options(CLI::App& app, int argc, char** argv, bool print
     std::vector<Fault> faults = unexpected_words(app);
     if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr) faults.push_back({"command line", error.what()});
     if (faults.empty()) faults.push_back({"command line", error.what()});
-    faults.back().text += fmt::format("; see {} --help", app.get_name());
+    const CLI::App& command = command_of(app);
+    faults.back().text +=
+        fmt::format("; see {} --help", &command == &app ? app.get_name() : app.get_name() + " " + command.get_name());
     throw UserError(std::move(faults));
   }
   return std::nullopt;

@@ -15,6 +15,7 @@
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/standard_streams.h"
+#include "noiseloom_options.h"
 
 namespace noiseloom {
 namespace {
@@ -44,11 +45,7 @@ int run(int argc, char** argv) {
   int status = exit_done;
   add_accuracy(app, status);
   try {
-    try {
-      app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-      if (app.exit(error) != 0) return exit_user;  // 0: the help was asked for, and is printed
-    }
+    read_options(app, argc, argv);
     flush_standard_output();
     return status;
   } catch (const UserError& error) {
@@ -65,7 +62,7 @@ int run(int argc, char** argv) {
 }
 
 // Runs before the libraries are set up, as one of them starts threads then (main() would be too late).
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(NOISELOOM_SANITIZE_ADDRESS) && !defined(NOISELOOM_SANITIZE_THREAD)
 void refuse_little_address_space(int, char**, char**) {
   if (!enough_address_space()) ::_exit(exit_environment);
 }

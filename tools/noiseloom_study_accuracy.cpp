@@ -21,12 +21,21 @@ namespace {
 
 constexpr int exit_stopped = 75;
 constexpr int most_threads = 1024;
+constexpr int most_seeds = 1000;
 
-struct Arguments {
+struct AccuracyArguments {
   AccuracyOptions options;
   std::string budget = "5m";
   std::string threads;
+  std::string seeds;
 };
+
+void read_count(const std::string& option, const std::string& text, int most, int& count, std::vector<Fault>& faults) {
+  if (text.empty()) return;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
+  if (error != std::errc() || end != text.data() + text.size() || count < 1 || count > most)
+    faults.push_back({"command line", fmt::format("{} {}: must be from 1 to {}", option, text, most)});
+}
 
 // noiseloom beside this program, else the one in PATH.
 std::string program_beside() {
@@ -37,7 +46,7 @@ std::string program_beside() {
   return std::filesystem::exists(beside) ? beside.string() : "noiseloom";
 }
 
-int run(Arguments& arguments) {
+int run_accuracy_command(AccuracyArguments& arguments) {
   std::vector<Fault> faults;
   AccuracyOptions& options = arguments.options;
   if (const auto seconds = parse_duration(arguments.budget); seconds && *seconds > 0) {
@@ -46,11 +55,12 @@ int run(Arguments& arguments) {
     faults.push_back(
         {"command line", fmt::format("--budget {}: not a duration; accepted: 30s, 10m, 2h, 1h30m", arguments.budget)});
   }
-  if (const std::string& text = arguments.threads; !text.empty()) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), options.threads);
-    if (error != std::errc() || end != text.data() + text.size() || options.threads < 1 ||
-        options.threads > most_threads)
-      faults.push_back({"command line", fmt::format("--threads {}: must be from 1 to {}", text, most_threads)});
+  read_count("--threads", arguments.threads, most_threads, options.threads, faults);
+  read_count("--seeds", arguments.seeds, most_seeds, options.seeds, faults);
+  try {
+    refuse_unfit_folder(options.folder);
+  } catch (const UserError& error) {
+    faults.insert(faults.end(), error.faults().begin(), error.faults().end());
   }
   if (options.resume && options.overwrite)
     faults.push_back({"command line", "--resume and --overwrite exclude each other"});
@@ -63,7 +73,7 @@ int run(Arguments& arguments) {
 
 void add_accuracy(CLI::App& app, int& status) {
   auto* const command = app.add_subcommand("accuracy", "What accuracy costs: R against seconds for a config");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<AccuracyArguments>();
   AccuracyOptions& options = arguments->options;
   command->add_option("CONFIG", options.config, "Config (TOML)")->required();
   command->add_option("-o,--output", options.folder, "Folder to write to (made if missing)")->required();
@@ -71,20 +81,24 @@ void add_accuracy(CLI::App& app, int& status) {
   command->add_option("--set", options.overrides, "Override a setting of the config, as for generate")
       ->allow_extra_args(false);
   command->add_option("--threads", arguments->threads, "Threads of each run; all processors if not given");
+  command->add_option("--seeds", arguments->seeds,
+                      "Runs of each point, with the config's seed and those after it (default 3): R is their mean");
   command->add_flag("--resume", options.resume, "Go on with what is in the folder, or start where there is nothing");
   command->add_flag("--overwrite", options.overwrite, "Replace what is in the folder");
   command->add_flag("--keep", options.keep, "Keep the run file of every point in DIR/runs (else deleted once scored)");
   command->footer(
       "Runs `noiseloom generate` again and again: more and fewer iterations, with anneal and with the paper's method\n"
-      "(fast); then cut-off, background features and precision changed one at a time. Points run cheapest first; those "
-      "that\n"
-      "would not fit into the budget are left out and listed. A point's seconds are the wall time of its whole "
-      "process.\n"
+      "(fast), and once with construct where the samples are scalars; then cut-off, background features and precision\n"
+      "changed one at a time. Each point has several seeds: R and seconds (wall time of a whole process) are means, "
+      "and\n"
+      "the smallest and largest R stand beside them. Points run cheapest first; those that would not fit into the "
+      "budget\n"
+      "are left out and listed.\n"
       "Writes accuracy.csv and report.html, brought up to date after every point; SIGINT, SIGTERM or SIGUSR1 stop it\n"
       "(exit 75), --resume goes on, with a larger --budget further.\n\n"
       "  noiseloom accuracy run.toml -o accuracy/                        five minutes; then open accuracy/report.html\n"
       "  noiseloom accuracy run.toml -o accuracy/ --resume --budget 1h   go on from there\n");
-  command->callback([arguments, &status] { status = run(*arguments); });
+  command->callback([arguments, &status] { status = run_accuracy_command(*arguments); });
 }
 
 }  // namespace noiseloom

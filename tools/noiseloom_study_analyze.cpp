@@ -17,13 +17,13 @@
 namespace noiseloom {
 namespace {
 
-struct Arguments {
+struct AnalyzeArguments {
   TextureArguments texture;
   std::string folder;
   bool overwrite = false;
 };
 
-void run_analyze(const Arguments& arguments) {
+void run_analyze(const AnalyzeArguments& arguments) {
   const std::vector<std::string>& files = arguments.texture.files;
   if (files.size() > 1)
     throw UserError("command line", fmt::format("{} files, but analyze writes the report of one; for images that are "
@@ -45,7 +45,7 @@ void run_analyze(const Arguments& arguments) {
 }  // namespace
 
 void add_analyze(CLI::App& app) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<AnalyzeArguments>();
   auto* const command = app.add_subcommand("analyze", "Spectra, pictures and convergence: report.html");
   add_texture_arguments(*command, arguments->texture);
   command->add_option("-o,--output", arguments->folder, "Folder to write to (made if missing)")->required();

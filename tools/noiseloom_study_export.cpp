@@ -12,7 +12,7 @@
 namespace noiseloom {
 namespace {
 
-struct Arguments {
+struct ExportArguments {
   std::string file;
   ExportOptions options;
 };
@@ -36,7 +36,7 @@ void run_export(const std::string& file, const ExportOptions& options) {
 
 void add_export(CLI::App& app) {
   auto* const command = app.add_subcommand("export", "Run file to images and arrays");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ExportArguments>();
   ExportOptions& options = arguments->options;
   command->add_option("RUN.h5", arguments->file, "Run file")->required();
   command

@@ -22,7 +22,7 @@
 namespace noiseloom {
 namespace {
 
-struct Arguments {
+struct ScoreArguments {
   TextureArguments texture;
   bool json = false;
   bool slices = false;
@@ -162,7 +162,7 @@ std::vector<std::string> textures_of(const TextureArguments& arguments) {
   return {arguments.files.front()};
 }
 
-void run_score(const Arguments& arguments) {
+void run_score(const ScoreArguments& arguments) {
   ThreadPool pool(threads_of(arguments.texture));
   const std::vector<std::string> names = textures_of(arguments.texture);
   std::string text;
@@ -184,7 +184,7 @@ void run_score(const Arguments& arguments) {
 }  // namespace
 
 void add_score(CLI::App& app) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ScoreArguments>();
   auto* const command = app.add_subcommand("score", "Relative error R of run files or of anybody's images");
   add_texture_arguments(*command, arguments->texture);
   command->add_flag("--json", arguments->json, "One JSON object");

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <limits>
+#include <map>
 
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/image/encoding.h"
@@ -17,7 +19,7 @@ bool needs_no_quotes(char c) {
          std::string_view("_-./=:,+@%").find(c) != std::string::npos;
 }
 
-Method other_method(Method method) { return method == Method::fast ? Method::anneal : Method::fast; }
+constexpr std::uint64_t largest_seed = std::numeric_limits<std::int64_t>::max();  // that TOML holds
 
 }  // namespace
 
@@ -33,58 +35,71 @@ std::string shell_word(const std::string& word) {
 }
 
 PointCommands::PointCommands(const AccuracyOptions& options, const RunConfig& config)
-    : options_(options), config_(config), threads_(options.threads > 0 ? options.threads : num_available_processors()) {
-  replaces_table_ = !accepts({"optimizer.method=" + method_name(other_method(config.optimizer.method))});
-}
+    : options_(options),
+      config_(config),
+      threads_(options.threads > 0 ? options.threads : num_available_processors()) {}
 
-bool PointCommands::accepts(const std::vector<std::string>& more) const {
+std::vector<Fault> PointCommands::faults_with(const std::vector<std::string>& more) const {
   std::vector<std::string> all = options_.overrides;
   all.insert(all.end(), more.begin(), more.end());
   try {
     load_config(options_.config, all);
-    return true;
-  } catch (const UserError&) {
-    return false;
+  } catch (const UserError& error) {
+    return error.faults();
   }
+  return {};
 }
 
+// Every point but the default names its method, which a config need not. Where the config has keys that another method
+// has not, the table [optimizer] is replaced.
 std::vector<std::string> PointCommands::overrides(const AccuracyPoint& point) const {
+  if (point.is_default) return {};
   const OptimizerSpec& optimizer = config_.optimizer;
-  std::vector<std::string> changes;
+  const std::string method = "optimizer.method=" + method_name(point.method);
   const std::string count = std::to_string(point.iterations);
-  if (point.method != optimizer.method && replaces_table_) {
-    changes.push_back(
-        fmt::format("optimizer={{ method = \"{}\", stop = {{ iterations = {} }}, precision = \"{}\", cutoff = {} }}",
-                    method_name(point.method), count, optimizer.precision == Precision::float64 ? "double" : "float",
-                    shortest_number(optimizer.cutoff)));
-    return changes;
+  if (point.method != optimizer.method) {
+    if (!has_iterations(point.method))
+      return {fmt::format("optimizer={{ method = \"{}\" }}", method_name(point.method))};
+    if (!has_iterations(optimizer.method) || !faults_with({method}).empty())
+      return {
+          fmt::format("optimizer={{ method = \"{}\", stop = {{ iterations = {} }}, precision = \"{}\", cutoff = {} }}",
+                      method_name(point.method), count, optimizer.precision == Precision::float64 ? "double" : "float",
+                      shortest_number(optimizer.cutoff))};
   }
-  if (point.method != optimizer.method) changes.push_back("optimizer.method=" + method_name(point.method));
-  if (!point.is_default && point.iterations != optimizer.stop.iterations)
-    changes.push_back("optimizer.stop.iterations=" + count);
+  std::vector<std::string> changes{method};
+  if (point.iterations != optimizer.stop.iterations) changes.push_back("optimizer.stop.iterations=" + count);
   if (point.is_knob()) changes.push_back(fmt::format("optimizer.{}={}", point.setting, point.value));
   return changes;
 }
 
-void PointCommands::check(const AccuracyLadder& ladder) const {
-  std::vector<std::string> all;
-  const auto check_one = [&](const AccuracyPoint& point) {
-    all = options_.overrides;
-    const std::vector<std::string> changes = overrides(point);
-    all.insert(all.end(), changes.begin(), changes.end());
-    load_config(options_.config, all);
-  };
-  for (const AccuracyPoint& point : ladder.lines) check_one(point);
-  for (const AccuracyKnob& knob : ladder.knobs) check_one({ladder.method, knob.setting, knob.value, 1, false});
+void PointCommands::check(AccuracyLadder& ladder) const {
+  std::vector<AccuracyPoint> points = ladder.lines;
+  for (const AccuracyKnob& knob : ladder.knobs) points.push_back({ladder.method, knob.setting, knob.value, 1, false});
+  std::map<Method, std::string> impossible;
+  std::vector<Fault> faults;
+  for (const AccuracyPoint& point : points) {
+    const std::vector<Fault> found = faults_with(overrides(point));
+    if (found.empty()) continue;
+    if (point.method != ladder.method) {
+      impossible[point.method] = "cannot be asked of this config: " + found.front().text;
+    } else {
+      faults.insert(faults.end(), found.begin(), found.end());
+    }
+  }
+  throw_if_any(std::move(faults));
+  for (const auto& [method, reason] : impossible) leave_out(ladder, method, reason);
 }
 
-PointCommand PointCommands::command(const AccuracyPoint& point) const {
+PointCommand PointCommands::command(const AccuracyPoint& point, int run) const {
+  const std::uint64_t seed = (config_.problem.seed + static_cast<std::uint64_t>(run)) & largest_seed;
   PointCommand command;
-  command.output = (std::filesystem::path(options_.folder) / "runs" / (point_name(point) + ".h5")).string();
+  const std::string name = point_name(point) + (run > 0 ? fmt::format("-seed-{}", seed) : "") + ".h5";
+  command.output = (std::filesystem::path(options_.folder) / "runs" / name).string();
   command.words = {options_.program, "generate", options_.config};
   std::vector<std::string> all = options_.overrides;
   const std::vector<std::string> changes = overrides(point);
   all.insert(all.end(), changes.begin(), changes.end());
+  if (run > 0) all.push_back(fmt::format("texture.seed={}", seed));
   for (const std::string& change : all) command.words.insert(command.words.end(), {"--set", change});
   if (options_.threads > 0) command.words.insert(command.words.end(), {"--threads", std::to_string(options_.threads)});
   command.words.insert(command.words.end(), {"-o", command.output, "--progress", "none"});

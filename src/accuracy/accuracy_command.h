@@ -17,21 +17,21 @@ struct PointCommand {
 
 class PointCommands {
  public:
-  // Finds out how the config's method is changed: where it has keys of its own, the table [optimizer] is replaced.
   PointCommands(const AccuracyOptions& options, const RunConfig& config);
-  // Throws UserError where the config with a point's changes is none that generate takes.
-  void check(const AccuracyLadder& ladder) const;
-  PointCommand command(const AccuracyPoint& point) const;
+  // Takes methods off the ladder that the config cannot have, whatever is written under [optimizer]. Throws UserError
+  // where the config with another point's changes is none that generate takes.
+  void check(AccuracyLadder& ladder) const;
+  // The `run`-th run of the point, from 0 on: with the config's seed plus that.
+  PointCommand command(const AccuracyPoint& point, int run = 0) const;
   int threads() const { return threads_; }
 
  private:
   std::vector<std::string> overrides(const AccuracyPoint& point) const;
-  bool accepts(const std::vector<std::string>& more) const;
+  std::vector<Fault> faults_with(const std::vector<std::string>& more) const;
 
   const AccuracyOptions& options_;
   const RunConfig& config_;
   int threads_;
-  bool replaces_table_ = false;
 };
 
 // The word as a POSIX shell takes it, in quotes where needed.

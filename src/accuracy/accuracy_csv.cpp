@@ -11,8 +11,9 @@
 namespace noiseloom {
 namespace {
 
-constexpr const char* column_names[] = {"method", "setting", "value",    "iterations", "seed",   "threads", "seconds",
-                                        "R",      "R_8_bit", "R_16_bit", "default",    "pareto", "command"};
+constexpr const char* column_names[] = {"method",   "setting", "value",  "iterations", "seed",   "runs",
+                                        "threads",  "seconds", "R",      "R_least",    "R_most", "R_8_bit",
+                                        "R_16_bit", "default", "pareto", "command"};
 constexpr std::size_t num_columns = std::size(column_names);
 
 std::string quoted(const std::string& field) {
@@ -87,20 +88,24 @@ class RowReader {
                                             num_columns, record_.whole ? "" : " and no line end")});
       return std::nullopt;
     }
-    row.point.method = yes_no(0, "fast", "anneal") ? Method::fast : Method::anneal;
+    const std::optional<Method> method = method_of_name(record_.fields[0]);
+    if (!method) fail(0, "a method");
+    row.point.method = method.value_or(Method::anneal);
     row.point.setting = record_.fields[1];
-    if (row.point.setting == "background_rank") row.point.setting = "background_features";  // as older tables have it
     row.point.value = record_.fields[2];
-    row.iterations = row.point.iterations = number<std::int64_t>(3, 1);
+    row.iterations = row.point.iterations = number<std::int64_t>(3, has_iterations(row.point.method) ? 1 : 0);
     row.seed = number<std::uint64_t>(4, 0);
-    row.threads = number<int>(5, 1);
-    row.seconds = number<double>(6, 0);
-    row.relative_error = number<double>(7, 0);
-    if (!record_.fields[8].empty()) row.r_8bit = number<double>(8, 0);
-    if (!record_.fields[9].empty()) row.r_16bit = number<double>(9, 0);
-    row.point.is_default = yes_no(10, "yes", "no");
-    yes_no(11, "yes", "no");
-    row.command = record_.fields[12];
+    row.runs = number<int>(5, 1);
+    row.threads = number<int>(6, 1);
+    row.seconds = number<double>(7, 0);
+    row.relative_error = number<double>(8, 0);
+    row.least_error = number<double>(9, 0);
+    row.largest_error = number<double>(10, 0);
+    if (!record_.fields[11].empty()) row.r_8bit = number<double>(11, 0);
+    if (!record_.fields[12].empty()) row.r_16bit = number<double>(12, 0);
+    row.point.is_default = yes_no(13, "yes", "no");
+    yes_no(14, "yes", "no");
+    row.command = record_.fields[15];
     if (fault_.empty()) return row;
     faults.push_back({where_, fault_});
     return std::nullopt;
@@ -140,8 +145,9 @@ std::string accuracy_csv(const std::vector<AccuracyRow>& rows) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const AccuracyRow& row = rows[i];
     text += joined({method_name(row.point.method), row.point.setting, row.point.value, std::to_string(row.iterations),
-                    std::to_string(row.seed), std::to_string(row.threads), shortest_number(row.seconds),
-                    shortest_number(row.relative_error), optional_number(row.r_8bit), optional_number(row.r_16bit),
+                    std::to_string(row.seed), std::to_string(row.runs), std::to_string(row.threads),
+                    shortest_number(row.seconds), shortest_number(row.relative_error), shortest_number(row.least_error),
+                    shortest_number(row.largest_error), optional_number(row.r_8bit), optional_number(row.r_16bit),
                     row.point.is_default ? "yes" : "no", front[i] ? "yes" : "no", row.command});
   }
   return text;

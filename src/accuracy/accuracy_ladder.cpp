@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::int64_t first_anneal = 25;    // then twice as many
 constexpr std::int64_t first_fast = 10;      // then 30, 100, 300, ...
-constexpr std::int64_t least_top = 25'600;   // both lines reach at least this far,
+constexpr std::int64_t least_top = 25'600;   // these lines reach at least this far,
 constexpr std::int64_t beyond_default = 16;  // and this far beyond the config
 
 // Measured with quick.toml: exact taps of other slices against a background, and double against vectors of floats.
@@ -42,10 +42,20 @@ std::vector<std::int64_t> line_iterations(Method method, std::int64_t own) {
   return line;
 }
 
+constexpr std::pair<Method, const char*> method_names[] = {{Method::anneal, "anneal"},
+                                                           {Method::fast, "fast"},
+                                                           {Method::construct, "construct"},
+                                                           {Method::void_and_cluster, "void-and-cluster"}};
+
+// A method without iterations that is not the config's.
+AccuracyPoint method_point(Method method) { return {method, "method", method_name(method), 0, false}; }
+
 // The line of one method; on the config's own, the default stands among the others (first, where it has no count).
 std::vector<AccuracyPoint> base_line(Method method, const RunConfig& config) {
   const bool own = method == config.optimizer.method;
-  const std::int64_t default_iterations = config.optimizer.stop.iterations;
+  if (!has_iterations(method)) return {own ? AccuracyPoint{method, "", "", 0, true} : method_point(method)};
+  const std::int64_t default_iterations =
+      has_iterations(config.optimizer.method) ? config.optimizer.stop.iterations : 0;
   std::vector<AccuracyPoint> line;
   if (own) line.push_back({method, "", "", default_iterations, true});
   for (const std::int64_t n : line_iterations(method, default_iterations))
@@ -154,11 +164,11 @@ bool knob_done(const std::vector<TimedPoint>& done, const AccuracyKnob& knob) {
   });
 }
 
-// Whether the last two runs of the line that is not the config's each have a larger R than the one before.
-bool other_line_worsens(const AccuracyLadder& ladder, const std::vector<TimedPoint>& done) {
+// Whether the last two points of a line each have a larger R than the one before.
+bool line_worsens(Method method, const std::vector<TimedPoint>& done) {
   std::vector<std::pair<std::int64_t, double>> line;  // iterations, R
   for (const TimedPoint& run : done)
-    if (run.point.method != ladder.method) line.emplace_back(run.point.iterations, run.relative_error);
+    if (run.point.method == method) line.emplace_back(run.point.iterations, run.relative_error);
   std::sort(line.begin(), line.end());
   const std::size_t n = line.size();
   return n >= 3 && line[n - 3].second < line[n - 2].second && line[n - 2].second < line[n - 1].second;
@@ -203,9 +213,28 @@ std::vector<LeftOut> all_left_out(const AccuracyLadder& ladder, const std::vecto
   return left_out;
 }
 
+// A default that stops by its score, say: nobody knows when, so it comes when all else is done.
+bool is_tried_last(const AccuracyPoint& point) { return has_iterations(point.method) && point.iterations == 0; }
+
 }  // namespace
 
-std::string method_name(Method method) { return method == Method::fast ? "fast" : "anneal"; }
+std::string method_name(Method method) {
+  return std::find_if(std::begin(method_names), std::end(method_names),
+                      [&](const auto& row) { return row.first == method; })
+      ->second;
+}
+
+std::optional<Method> method_of_name(const std::string& name) {
+  for (const auto& [method, its_name] : method_names)
+    if (its_name == name) return method;
+  return std::nullopt;
+}
+
+bool has_iterations(Method method) { return method == Method::anneal || method == Method::fast; }
+
+const AccuracyPoint& AccuracyLadder::default_point() const {
+  return *std::find_if(lines.begin(), lines.end(), [](const AccuracyPoint& point) { return point.is_default; });
+}
 
 std::string point_name(const AccuracyPoint& point) {
   std::string name = point.is_default ? "default" : method_name(point.method);
@@ -225,21 +254,31 @@ std::string describe_point(const AccuracyPoint& point) {
 }
 
 LadderTraits ladder_traits(const RunConfig& config, const SampleSource& source) {
+  LadderTraits traits;
+  traits.scalar = source.channels() == 1 && source.distance() != DistanceKind::circle;
   OptimizerSpec optimizer = config.optimizer;
   if (optimizer.background_features == 0) optimizer.background_features = OptimizerSpec{}.background_features;
   const Footprint footprint(config.problem.extents, config.problem.filter, optimizer.cutoff);
   const ValueKernel kernel = make_value_kernel(config.problem, source.channels(), source.distance());
-  if (!features_between_slices(optimizer, footprint, kernel, source, optimizer.background_features)) return {};
+  if (!features_between_slices(optimizer, footprint, kernel, source, optimizer.background_features)) return traits;
   const auto own_taps = std::max<std::size_t>(footprint.slices().front().taps.size(), 1);
-  return {true,
-          std::max(1.0, cost_of_a_tap * static_cast<double>(footprint.num_taps()) / static_cast<double>(own_taps))};
+  traits.background = true;
+  traits.exact_cost =
+      std::max(1.0, cost_of_a_tap * static_cast<double>(footprint.num_taps()) / static_cast<double>(own_taps));
+  return traits;
 }
 
-AccuracyLadder accuracy_ladder(const RunConfig& config, const LadderTraits& traits) {
+AccuracyLadder accuracy_ladder(const RunConfig& config, const LadderTraits& traits, int runs) {
   const OptimizerSpec& optimizer = config.optimizer;
-  AccuracyLadder ladder{optimizer.method, optimizer.stop, base_line(Method::anneal, config), {}};
-  const std::vector<AccuracyPoint> fast = base_line(Method::fast, config);
-  ladder.lines.insert(ladder.lines.end(), fast.begin(), fast.end());
+  AccuracyLadder ladder{optimizer.method, optimizer.stop, runs, base_line(optimizer.method, config), {}, {}};
+  for (const Method method : {Method::anneal, Method::fast, Method::construct}) {
+    if (method == ladder.method || (method == Method::construct && !traits.scalar)) continue;
+    const std::vector<AccuracyPoint> line = base_line(method, config);
+    ladder.lines.insert(ladder.lines.end(), line.begin(), line.end());
+    if (ladder.method == Method::void_and_cluster && !config.order.bounded.empty())
+      leave_out(ladder, method, "makes textures that wrap around, while this config has axes that do not");
+  }
+  if (!has_iterations(ladder.method)) return ladder;
   for (const double cutoff : {0.0, 0.001, 0.01, 0.05})
     if (cutoff != optimizer.cutoff) ladder.knobs.push_back({"cutoff", shortest_number(cutoff), 1});
   const double exact = optimizer.background_features == 0 ? 1 : traits.exact_cost;
@@ -255,11 +294,16 @@ AccuracyLadder accuracy_ladder(const RunConfig& config, const LadderTraits& trai
   return ladder;
 }
 
+void leave_out(AccuracyLadder& ladder, Method method, const std::string& reason) {
+  std::erase_if(ladder.lines, [&](const AccuracyPoint& point) { return point.method == method; });
+  ladder.incomparable.push_back({method_point(method), reason, true});
+}
+
 std::optional<double> predicted_seconds(const AccuracyLadder& ladder, const AccuracyPoint& point,
                                         const std::vector<TimedPoint>& done) {
   if (point.iterations == 0) {
-    if (!point.is_default || ladder.stop.time_s <= 0) return std::nullopt;
-    return ladder.stop.time_s * 1.05 + 0.5;  // start-up and the last sweep
+    if (!is_tried_last(point) || ladder.stop.time_s <= 0) return std::nullopt;
+    return ladder.runs * (ladder.stop.time_s * 1.05 + 0.5);  // start-up and the last sweep
   }
   // Of the other method, whose iterations may be far dearer, a single run promises nothing.
   const auto base = base_seconds(point.method, point.iterations, done, point.method == ladder.method ? least_share : 1);
@@ -269,11 +313,11 @@ std::optional<double> predicted_seconds(const AccuracyLadder& ladder, const Accu
 
 LadderStep next_step(const AccuracyLadder& ladder, const std::vector<TimedPoint>& done,
                      const std::vector<LeftOut>& not_again, double left_s, double budget_s) {
-  std::vector<LeftOut> failed = not_again;
-  if (other_line_worsens(ladder, done))
-    for (const AccuracyPoint& point : ladder.lines)
-      if (point.method != ladder.method && !is_done(done, point))
-        failed.push_back({point, "more iterations made R worse twice in a row", true});
+  std::vector<LeftOut> failed = ladder.incomparable;
+  failed.insert(failed.end(), not_again.begin(), not_again.end());
+  for (const AccuracyPoint& point : ladder.lines)
+    if (point.method != ladder.method && !is_done(done, point) && line_worsens(point.method, done))
+      failed.push_back({point, "more iterations made R worse twice in a row", true});
   const KnobPlacer placer(ladder, done, left_s, budget_s);
   const std::vector<AccuracyPoint> pending = pending_points(ladder, done, failed, placer);
   double kept_s = 0;
@@ -286,16 +330,15 @@ LadderStep next_step(const AccuracyLadder& ladder, const std::vector<TimedPoint>
   for (const AccuracyPoint& point : pending) {
     const auto seconds = predicted_seconds(ladder, point, done);
     if (!seconds) {
-      // The first of a line is how its speed is found; a default that stops by its score comes when all else is done.
-      const bool first = point.iterations > 0;
-      if (unknown == nullptr || (first && unknown->iterations == 0)) unknown = &point;
+      // The first of a line is how its speed is found.
+      if (unknown == nullptr || (is_tried_last(*unknown) && !is_tried_last(point))) unknown = &point;
     } else if (*seconds + (point.is_default ? 0 : kept_s) <= left_s && (cheapest == nullptr || *seconds < cheapest_s)) {
       cheapest = &point;
       cheapest_s = *seconds;
     }
   }
   const bool may_try = unknown != nullptr && left_s - kept_s > 0;
-  if (may_try && (unknown->iterations > 0 || cheapest == nullptr)) return {*unknown, {}};
+  if (may_try && (!is_tried_last(*unknown) || cheapest == nullptr)) return {*unknown, {}};
   if (cheapest != nullptr) return {*cheapest, {}};
   return {std::nullopt, all_left_out(ladder, done, failed, pending, left_s)};
 }

@@ -28,6 +28,7 @@ std::vector<const AccuracyRow*> by_seconds(const std::vector<AccuracyRow>& rows)
 }
 
 std::string short_note(const AccuracyPoint& point, std::int64_t iterations) {
+  if (!has_iterations(point.method)) return method_name(point.method);
   if (!point.is_knob()) return std::to_string(iterations);
   if (point.setting == "precision") return point.value;
   return (point.setting == "cutoff" ? "cutoff " : "features ") + point.value;
@@ -81,11 +82,17 @@ class Page {
   }
 
  private:
+  static std::string spread_words(const AccuracyRow& row) {
+    if (row.runs < 2) return "";
+    return fmt::format(", mean of {} seeds, which have {} to {}", row.runs, error_number(row.least_error),
+                       error_number(row.largest_error));
+  }
+
   void headline() {
     const auto add = [&](const AccuracyRow* row, const std::string& name) {
       if (row == nullptr) return;
       report_.headline.emplace_back(error_number(row->relative_error),
-                                    fmt::format("R of {} ({})", name, describe_row(*row)));
+                                    fmt::format("R of {} ({}){}", name, describe_row(*row), spread_words(*row)));
       report_.headline.emplace_back(seconds_text(row->seconds), "for " + name);
     };
     const AccuracyRow* const standard = default_row(study_.rows);
@@ -107,16 +114,22 @@ class Page {
     rows.push_back({"R",
                     "Relative error: the mean squared error left after the filter, over random step functions; "
                     "white noise has 1"});
-    rows.push_back({"Seconds",
-                    "Wall time of the whole process, with start-up and writing the file; each point ran once, "
-                    "so a few per cent mean nothing"});
+    int most_runs = 0;
+    for (const AccuracyRow* row : rows_) most_runs = std::max(most_runs, row->runs);
+    rows.push_back({"Seconds", fmt::format("Wall time of the whole process, with start-up and writing the file{}",
+                                           most_runs > 1 ? ": the mean over the seeds"
+                                                         : "; each point ran once, so a few per cent mean nothing")});
+    if (most_runs > 1)
+      rows.push_back({"Runs", fmt::format("{} of each point, with a seed of its own each: R is their mean, and the "
+                                          "least and largest R stand beside it",
+                                          most_runs)});
     if (!counts.empty())
       rows.push_back(
           {"Threads", counts + (threads.size() > 1 ? ": seconds of different thread counts do not compare" : "")});
-    rows.push_back({"Seed", std::to_string(study_.config.problem.seed)});
+    rows.push_back({most_runs > 1 ? "First seed" : "Seed", std::to_string(study_.config.problem.seed)});
   }
 
-  // One line of the plot, by iterations; the points of knobs in any order. Runs above white noise are counted instead.
+  // One line of the plot, by iterations; the points of knobs in any order. Those above white noise are counted instead.
   PlotLine plot_line(const std::string& label, PlotLine::Style style, int& above,
                      bool (*belongs)(const AccuracyPoint&)) const {
     std::vector<const AccuracyRow*> rows;
@@ -133,8 +146,10 @@ class Page {
     for (const AccuracyRow* row : rows) {
       line.x.push_back(row->seconds);
       line.y.push_back(row->relative_error);
+      line.low.push_back(row->least_error);
+      line.high.push_back(row->largest_error);
       line.names.push_back(
-          fmt::format("{}: R {:.4f}, {}", describe_row(*row), row->relative_error, seconds_text(row->seconds)));
+          fmt::format("{}: R {}, {}", describe_row(*row), error_with_spread(*row), seconds_text(row->seconds)));
       line.notes.push_back(short_note(row->point, row->iterations));
     }
     return line;
@@ -161,19 +176,25 @@ class Page {
                   [](const AccuracyPoint& p) { return !p.is_knob() && p.method == Method::anneal; }),
         plot_line("fast", PlotLine::Style::second, above,
                   [](const AccuracyPoint& p) { return !p.is_knob() && p.method == Method::fast; }),
+        plot_line("construct", PlotLine::Style::third, above,
+                  [](const AccuracyPoint& p) { return p.method == Method::construct; }),
+        plot_line("void-and-cluster", PlotLine::Style::fourth, above,
+                  [](const AccuracyPoint& p) { return p.method == Method::void_and_cluster; }),
         plot_line("one setting changed", PlotLine::Style::points, above,
                   [](const AccuracyPoint& p) { return p.is_knob(); })};
     for (const PlotLine& line : lines)
       if (!line.x.empty()) plot.lines.push_back(line);
     if (const AccuracyRow* const standard = default_row(study_.rows))
       plot.marks.push_back({"default", standard->seconds, standard->relative_error});
-    std::string caption = "Every dot is a run; the number at it is its iterations; the mouse over it shows more.";
+    std::string caption =
+        "Every dot is a point; the number at it is its iterations; the mouse over it shows more. An upright line leads "
+        "from the least R of its seeds to the largest.";
     if (above > 0)
       caption +=
-          fmt::format(" Not shown: {} run{} that ended above white noise (R > 1).", above, above == 1 ? "" : "s");
+          fmt::format(" Not shown: {} point{} that ended above white noise (R > 1).", above, above == 1 ? "" : "s");
     report_.sections.push_back(
         {"R against seconds",
-         "Both axes are logarithmic; down and to the left is better. No run beats one on the Pareto front in both at "
+         "Both axes are logarithmic; down and to the left is better. No point beats one on the Pareto front in both at "
          "once.",
          {{plot_svg(plot), caption}}});
   }
@@ -248,18 +269,25 @@ class Page {
   }
 
   void show_all() {
-    ReportTable table{{"point", "R", "seconds", "seed", "threads", ""}, {}, true};
+    ReportTable table{{"point", "R", "least", "largest", "runs", "seconds", "threads", ""}, {}, true};
     const std::vector<bool> on_front = pareto_front(study_.rows);
     for (const AccuracyRow* row : rows_) {
       const bool front = on_front[static_cast<std::size_t>(row - study_.rows.data())];
       std::string notes = row->point.is_default ? "default" : "";
       if (front) notes += notes.empty() ? "on the front" : ", on the front";
-      table.rows.push_back({{describe_row(*row), error_number(row->relative_error), seconds_text(row->seconds),
-                             std::to_string(row->seed), std::to_string(row->threads), notes},
+      table.rows.push_back({{describe_row(*row), error_number(row->relative_error), error_number(row->least_error),
+                             error_number(row->largest_error), std::to_string(row->runs), seconds_text(row->seconds),
+                             std::to_string(row->threads), notes},
                             row->command,
                             row->point.is_default});
     }
-    report_.sections.push_back({"Every point", "By time, each with the command that makes it again.", {}, {table}});
+    report_.sections.push_back(
+        {"Every point",
+         fmt::format("By time, each with the command that makes its first run again. Further runs have --set "
+                     "texture.seed={} and the seeds after it.",
+                     study_.config.problem.seed + 1),
+         {},
+         {table}});
   }
 
   void show_left_out() {

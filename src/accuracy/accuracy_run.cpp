@@ -56,8 +56,10 @@ class Study {
   void remove_partial_files() const;
   void publish(const std::string& state, const std::vector<LeftOut>& left_out);
   std::vector<LeftOut> not_yet(const std::string& reason) const;
+  const AccuracyRow* row_to_complete() const;
   bool run_point(const AccuracyPoint& point);
-  void add_row(const AccuracyPoint& point, const std::string& command, const std::string& file, double seconds);
+  AccuracyRow& row_of(const AccuracyPoint& point);
+  void add_run(const AccuracyPoint& point, const std::string& file, double seconds);
   void remove_run(const std::string& file) const;
   AccuracyEnd finish(const std::vector<LeftOut>& left_out);
   AccuracyEnd stop();
@@ -81,8 +83,6 @@ class Study {
 void Study::load() {
   try {
     config_ = load_config(options_.config, options_.overrides);
-    if (config_.optimizer.method != Method::anneal && config_.optimizer.method != Method::fast)
-      faults_.push_back({options_.config, "optimizer.method: accuracy measures \"anneal\" and \"fast\" alone"});
   } catch (const UserError& error) {
     faults_.insert(faults_.end(), error.faults().begin(), error.faults().end());
   }
@@ -92,14 +92,13 @@ void Study::load() {
   const SampleSource source(config_.problem.samples, extents.cells_per_slice(), extents.num_slices(),
                             config_.problem.seed);
   inputs_ = inputs_digest(config_);
-  ladder_ = accuracy_ladder(config_, ladder_traits(config_, source));
+  ladder_ = accuracy_ladder(config_, ladder_traits(config_, source), options_.seeds);
   commands_ = std::make_unique<PointCommands>(options_, config_);
   commands_->check(ladder_);
   if (options_.resume && fs::exists(path("accuracy.csv"))) read_earlier();
 }
 
 void Study::check_folder() {
-  if (options_.folder.empty()) return faults_.push_back({"command line", "-o: the name of the folder is empty"});
   if (fs::exists(options_.folder) && !fs::is_directory(options_.folder))
     return faults_.push_back({options_.folder, "is not a folder; choose another output"});
   for (const char* const file : {"accuracy.csv", "report.html", "config.toml"}) {
@@ -134,12 +133,12 @@ void Study::read_earlier() {
   rows_ = parse_accuracy_csv(read_file(path("accuracy.csv")), path("accuracy.csv"));
   for (AccuracyRow& row : rows_) {
     // Where the config stops by another rule, the default's count is a result and no part of the point.
-    if (row.point.is_default) row.point.iterations = ladder_.stop.iterations;
+    if (row.point.is_default) row.point.iterations = ladder_.default_point().iterations;
     if (!is_on_ladder(ladder_, row.point) || row.seed != config_.problem.seed)
       throw UserError(path("accuracy.csv"), fmt::format("{} (seed {}) is no point of this version's ladder; choose "
                                                         "another output, or replace it with --overwrite",
                                                         describe_row(row), row.seed));
-    earlier_s_ += row.seconds;
+    earlier_s_ += row.seconds * row.runs;
   }
 }
 
@@ -176,7 +175,8 @@ void Study::publish(const std::string& state, const std::vector<LeftOut>& left_o
 }
 
 std::vector<LeftOut> Study::not_yet(const std::string& reason) const {
-  std::vector<LeftOut> left_out = next_step(ladder_, timed(rows_), failed_, 0, options_.budget_s).left_out;
+  std::vector<LeftOut> left_out =
+      next_step(ladder_, timed(rows_, options_.seeds), failed_, 0, options_.budget_s).left_out;
   for (LeftOut& left : left_out)
     if (!left.is_final) left.reason = reason;
   return left_out;
@@ -187,32 +187,53 @@ void Study::remove_run(const std::string& file) const {
   for (const char* const ending : {"", ".prev", ".lock"}) fs::remove(file + ending, ignored);
 }
 
-void Study::add_row(const AccuracyPoint& point, const std::string& command, const std::string& file, double seconds) {
-  if (!scorer_) scorer_ = std::make_unique<RunScorer>(commands_->threads());
-  const RunScores scores = scorer_->score(file);
-  AccuracyRow row{point,
-                  point.iterations > 0 ? point.iterations : scores.iterations,
-                  config_.problem.seed,
-                  commands_->threads(),
-                  seconds,
-                  scores.relative_error,
-                  scores.r_8bit,
-                  scores.r_16bit,
-                  command};
-  rows_.push_back(std::move(row));
+// A point that lacks runs, because it was stopped among them or asked for with fewer seeds, and whose next is expected
+// to fit.
+const AccuracyRow* Study::row_to_complete() const {
+  const auto found = std::find_if(rows_.begin(), rows_.end(), [&](const AccuracyRow& row) {
+    return row.runs < options_.seeds && row.threads == commands_->threads() && row.seconds <= left_s();
+  });
+  return found == rows_.end() ? nullptr : &*found;
 }
 
-// False when it was asked to stop.
+AccuracyRow& Study::row_of(const AccuracyPoint& point) {
+  const auto found =
+      std::find_if(rows_.begin(), rows_.end(), [&](const AccuracyRow& row) { return row.point == point; });
+  if (found != rows_.end()) return *found;
+  AccuracyRow row;
+  row.point = point;
+  row.seed = config_.problem.seed;
+  row.threads = commands_->threads();
+  row.command = commands_->command(point).shown;
+  return rows_.emplace_back(std::move(row));
+}
+
+void Study::add_run(const AccuracyPoint& point, const std::string& file, double seconds) {
+  if (!scorer_) scorer_ = std::make_unique<RunScorer>(commands_->threads());
+  const RunScores scores = scorer_->score(file);
+  AccuracyRow& row = row_of(point);
+  row.iterations = point.iterations > 0 || !has_iterations(point.method) ? point.iterations : scores.iterations;
+  row.add({seconds, scores.relative_error, scores.r_8bit, scores.r_16bit});
+  publish("Still running", not_yet("has not run yet"));
+  if (row.runs < options_.seeds) return;
+  fmt::print("{:<52} {:>12}   R {}\n", describe_row(row), seconds_text(row.seconds), error_with_spread(row));
+  std::fflush(stdout);
+}
+
+// One run more of the point. False when it was asked to stop.
 bool Study::run_point(const AccuracyPoint& point) {
-  const PointCommand command = commands_->command(point);
+  const auto before =
+      std::find_if(rows_.begin(), rows_.end(), [&](const AccuracyRow& row) { return row.point == point; });
+  const PointCommand command = commands_->command(point, before == rows_.end() ? 0 : before->runs);
   remove_run(command.output);
   const double limit_s = std::max(left_s(), 0.0) + overrun_share * options_.budget_s;
   const ChildResult result = run_child(command.words, limit_s, signals_);
   if (result.end != ChildResult::End::exited || result.status != 0) remove_run(command.output);
   if (result.end == ChildResult::End::stopped) return false;
   if (result.end == ChildResult::End::overran) {
-    failed_.push_back(
-        {point, fmt::format("was stopped after {}, when the budget was used up", seconds_text(result.seconds)), true});
+    const std::string reason =
+        fmt::format("was stopped after {}, when the budget was used up", seconds_text(result.seconds));
+    if (before == rows_.end()) failed_.push_back({point, reason, true});
     return true;
   }
   if (result.status != 0)
@@ -220,12 +241,8 @@ bool Study::run_point(const AccuracyPoint& point) {
         fmt::format("this run failed with exit status {}:\n  {}\nwhat ran before it is saved; go on "
                     "with --resume",
                     result.status, command.shown));
-  add_row(point, command.shown, command.output, result.seconds);
-  publish("Still running", not_yet("has not run yet"));
+  add_run(point, command.output, result.seconds);
   if (!options_.keep) remove_run(command.output);
-  const AccuracyRow& row = rows_.back();
-  fmt::print("{:<52} {:>12}   R {:.5f}\n", describe_row(row), seconds_text(row.seconds), row.relative_error);
-  std::fflush(stdout);
   return true;
 }
 
@@ -258,7 +275,10 @@ AccuracyEnd Study::run() {
       end = stop();
       break;
     }
-    const LadderStep step = next_step(ladder_, timed(rows_), failed_, left_s(), options_.budget_s);
+    const AccuracyRow* const started = row_to_complete();
+    const LadderStep step =
+        started != nullptr ? LadderStep{started->point, {}}
+                           : next_step(ladder_, timed(rows_, options_.seeds), failed_, left_s(), options_.budget_s);
     if (!step.next) {
       end = finish(step.left_out);
       break;

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <tuple>
 
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/image/encoding.h"
@@ -19,8 +20,9 @@ struct RunScores {
   std::optional<double> r_16bit;
 };
 
-// Scores runs of one config and seed, one after another. Their samples are the same, so that the mean distance is found
-// once for each encoding; where it is an estimate, all runs are so compared by the same one.
+// Scores runs of one problem, one after another. Those of one seed have the same samples, but for void and cluster's,
+// so that their mean distance is found once for each encoding; where it is an estimate, they are so compared by the
+// same one.
 class RunScorer {
  public:
   explicit RunScorer(int num_threads) : pool_(num_threads) {}
@@ -28,10 +30,10 @@ class RunScorer {
   RunScores score(const std::string& run_file);
 
  private:
-  double relative_error(const Texture& texture, const ProblemSpec& problem, int bits);
+  double relative_error(const Texture& texture, const RunConfig& config, int bits);
 
   ThreadPool pool_;
-  std::map<int, double> mean_distance_;  // by bits; 0: as they are
+  std::map<std::tuple<bool, std::uint64_t, int>, double> mean_distance_;  // void and cluster?, seed, bits (0: floats)
 };
 
 // The texture as images of `bits` bits give it back: stored and decoded (encoding.h), directions made unit length

@@ -10,7 +10,7 @@
 namespace noiseloom {
 namespace {
 
-// Below these, one run is not clearly shorter, or lower in R, than another.
+// Below these, one point is not clearly shorter, or lower in R, than another; nor where their runs overlap in R.
 constexpr double clear_seconds = 0.1;
 constexpr double clear_error = 0.005;
 
@@ -25,17 +25,18 @@ std::string percent(double fraction) {
 std::string times(double ratio) { return ratio < 9.95 ? fmt::format("{:.2g}", ratio) : fmt::format("{:.3g}", ratio); }
 
 std::string error_text(double r) { return fmt::format("R = {:.4f}", r); }
+std::string error_text(const AccuracyRow& row) { return "R = " + error_with_spread(row); }
 
 std::string default_against_best(const AccuracyRow& standard, const AccuracyRow& best) {
   if (&standard == &best)
     return fmt::format(
         "The default ({}) is the best that was measured: {} in {}. Whether more iterations pay, a longer budget shows.",
-        describe_row(standard), error_text(standard.relative_error), seconds_text(standard.seconds));
+        describe_row(standard), error_text(standard), seconds_text(standard.seconds));
   return fmt::format(
       "The default ({}) leaves {} after {}; the best that was measured ({}) leaves {}, {}, for {} times "
       "the seconds.",
-      describe_row(standard), error_text(standard.relative_error), seconds_text(standard.seconds), describe_row(best),
-      error_text(best.relative_error), difference_text(best.relative_error / standard.relative_error),
+      describe_row(standard), error_text(standard), seconds_text(standard.seconds), describe_row(best),
+      error_text(best), difference_text(best.relative_error / standard.relative_error),
       times(best.seconds / standard.seconds));
 }
 
@@ -64,9 +65,8 @@ std::string price_of_the_last(const std::vector<AccuracyRow>& rows, const Accura
   if (enough->relative_error > best.relative_error * (1 + too_far_to_tell)) return "";
   return fmt::format("The last {} of error cost {} of the time: {} is reached after {} ({}), {} after {}.",
                      percent(enough->relative_error / best.relative_error - 1),
-                     percent(1 - enough->seconds / best.seconds), error_text(enough->relative_error),
-                     seconds_text(enough->seconds), describe_row(*enough), error_text(best.relative_error),
-                     seconds_text(best.seconds));
+                     percent(1 - enough->seconds / best.seconds), error_text(*enough), seconds_text(enough->seconds),
+                     describe_row(*enough), error_text(best), seconds_text(best.seconds));
 }
 
 std::string default_against_front(const std::vector<AccuracyRow>& rows, const AccuracyRow& standard) {
@@ -75,13 +75,13 @@ std::string default_against_front(const std::vector<AccuracyRow>& rows, const Ac
     const bool same_line = row.point.method == standard.point.method && !row.point.is_knob();
     if (same_line && row.iterations > standard.iterations) continue;  // more of the same in less time: a noisy clock
     if (row.seconds <= standard.seconds * (1 - clear_seconds) &&
-        row.relative_error <= standard.relative_error * (1 - clear_error) &&
+        row.relative_error <= standard.relative_error * (1 - clear_error) && row.largest_error < standard.least_error &&
         (better == nullptr || row.relative_error < better->relative_error))
       better = &row;
   }
   if (better == nullptr) return "Nothing that was measured is clearly both shorter and better than the default.";
   return fmt::format("The default is not the best use of its time: {} leaves {} after {}.", describe_row(*better),
-                     error_text(better->relative_error), seconds_text(better->seconds));
+                     error_text(*better), seconds_text(better->seconds));
 }
 
 // The run of the method with the least R; nullptr where it has none.
@@ -92,26 +92,37 @@ const AccuracyRow* best_of(const std::vector<AccuracyRow>& rows, Method method) 
   return best;
 }
 
-std::string methods_compared(const std::vector<AccuracyRow>& rows) {
-  const AccuracyRow* const fast = best_of(rows, Method::fast);
-  if (fast == nullptr) return "";
-  std::string text = fmt::format("The paper's method (fast) comes to {} at best, after {}",
-                                 error_text(fast->relative_error), seconds_text(fast->seconds));
-  const AccuracyRow* longest = fast;
-  const AccuracyRow* anneal = nullptr;  // the shortest that is as low
-  for (const AccuracyRow& row : rows) {
-    if (row.point.method == Method::fast && row.iterations > longest->iterations) longest = &row;
-    if (row.point.method == Method::anneal && row.relative_error <= fast->relative_error &&
+// "; anneal has R = 0.12 after 3.0 s." of its shortest run that is as low.
+std::string against_anneal(const std::vector<AccuracyRow>& rows, double relative_error) {
+  const AccuracyRow* anneal = nullptr;
+  for (const AccuracyRow& row : rows)
+    if (row.point.method == Method::anneal && row.relative_error <= relative_error &&
         (anneal == nullptr || row.seconds < anneal->seconds))
       anneal = &row;
-  }
-  if (longest->relative_error > fast->relative_error * (1 + near_the_best))
-    text += fmt::format(" (more iterations make it worse: {} after {})", error_text(longest->relative_error),
-                        longest->iterations);
   if (anneal != nullptr)
-    return text +
-           fmt::format("; anneal has {} after {}.", error_text(anneal->relative_error), seconds_text(anneal->seconds));
-  return text + (best_of(rows, Method::anneal) == nullptr ? "." : "; no run of anneal comes as low.");
+    return fmt::format("; anneal has {} after {}.", error_text(*anneal), seconds_text(anneal->seconds));
+  return best_of(rows, Method::anneal) == nullptr ? "." : "; no run of anneal comes as low.";
+}
+
+std::string fast_compared(const std::vector<AccuracyRow>& rows) {
+  const AccuracyRow* const fast = best_of(rows, Method::fast);
+  if (fast == nullptr) return "";
+  std::string text = fmt::format("The paper's method (fast) comes to {} at best, after {}", error_text(*fast),
+                                 seconds_text(fast->seconds));
+  const AccuracyRow* longest = fast;
+  for (const AccuracyRow& row : rows)
+    if (row.point.method == Method::fast && row.iterations > longest->iterations) longest = &row;
+  if (longest->relative_error > fast->relative_error * (1 + near_the_best))
+    text += fmt::format(" (more iterations make it worse: {} after {})", error_text(*longest), longest->iterations);
+  return text + against_anneal(rows, fast->relative_error);
+}
+
+// A method without iterations has one point.
+std::string single_compared(const std::vector<AccuracyRow>& rows, Method method) {
+  const AccuracyRow* const row = best_of(rows, method);
+  if (row == nullptr) return "";
+  return fmt::format("{} has {} after {}", method_name(method), error_text(*row), seconds_text(row->seconds)) +
+         against_anneal(rows, row->relative_error);
 }
 
 std::string bits_compared(const AccuracyRow& row) {
@@ -125,9 +136,29 @@ std::string bits_compared(const AccuracyRow& row) {
 
 }  // namespace
 
-std::vector<TimedPoint> timed(const std::vector<AccuracyRow>& rows) {
+void AccuracyRow::add(const AccuracyRun& run) {
+  const auto mean = [&](double before, double value) { return before + (value - before) / (runs + 1); };
+  const auto mean_if_all = [&](std::optional<double>& before, const std::optional<double>& value) {
+    if (runs == 0) {
+      before = value;
+    } else if (before && value) {
+      before = mean(*before, *value);
+    } else {
+      before.reset();
+    }
+  };
+  mean_if_all(r_8bit, run.r_8bit);
+  mean_if_all(r_16bit, run.r_16bit);
+  seconds = mean(seconds, run.seconds);
+  relative_error = mean(relative_error, run.relative_error);
+  least_error = runs == 0 ? run.relative_error : std::min(least_error, run.relative_error);
+  largest_error = runs == 0 ? run.relative_error : std::max(largest_error, run.relative_error);
+  ++runs;
+}
+
+std::vector<TimedPoint> timed(const std::vector<AccuracyRow>& rows, int runs) {
   std::vector<TimedPoint> points;
-  for (const AccuracyRow& row : rows) points.push_back({row.point, row.seconds, row.relative_error});
+  for (const AccuracyRow& row : rows) points.push_back({row.point, row.seconds * runs, row.relative_error});
   return points;
 }
 
@@ -162,6 +193,11 @@ const AccuracyRow* base_row(const std::vector<AccuracyRow>& rows, const Accuracy
   return found == rows.end() ? nullptr : &*found;
 }
 
+std::string error_with_spread(const AccuracyRow& row) {
+  const std::string mean = fmt::format("{:.4f}", row.relative_error);
+  return row.runs < 2 ? mean : fmt::format("{} ({:.4f} to {:.4f})", mean, row.least_error, row.largest_error);
+}
+
 std::string describe_row(const AccuracyRow& row) {
   AccuracyPoint point = row.point;
   point.iterations = row.iterations;
@@ -183,10 +219,11 @@ std::vector<std::string> accuracy_sentences(const std::vector<AccuracyRow>& rows
   sentences.push_back(standard != nullptr
                           ? default_against_best(*standard, best)
                           : fmt::format("The default did not run; the best that was measured ({}) leaves {} after {}.",
-                                        describe_row(best), error_text(best.relative_error),
-                                        seconds_text(best.seconds)));
+                                        describe_row(best), error_text(best), seconds_text(best.seconds)));
   if (standard != nullptr && standard != &best) sentences.push_back(default_against_front(rows, *standard));
-  sentences.push_back(methods_compared(rows));
+  sentences.push_back(fast_compared(rows));
+  for (const Method method : {Method::construct, Method::void_and_cluster})
+    sentences.push_back(single_compared(rows, method));
   sentences.push_back(bits_compared(best));
   std::erase(sentences, "");
   return sentences;

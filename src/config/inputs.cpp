@@ -99,8 +99,9 @@ std::vector<std::string> notes_on_inputs(const RunConfig& config) {
   std::vector<std::string> notes;
   for_each_file(
       config, [&](const std::string& key, Contents contents, const std::string& path, const InputArrayPtr& array) {
-        if (contents != Contents::taps || !array) return;
-        const auto& taps = std::get<std::vector<double>>(array->values);
+        if (contents != Contents::taps) return;
+        const InputArrayPtr held = array ? array : read(contents, path);
+        const auto& taps = std::get<std::vector<double>>(held->values);
         const auto negative = std::count_if(taps.begin(), taps.end(), [](double tap) { return tap < 0; });
         if (negative == 0) return;
         notes.push_back(

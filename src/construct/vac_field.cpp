@@ -13,7 +13,7 @@ namespace noiseloom {
 namespace {
 
 constexpr std::int64_t line_words = 16;
-constexpr std::int64_t leaf_words = 64;
+constexpr std::int64_t leaf_cells = 64;
 
 bool contains_x(const VacGroupKernel& group) { return group.axis0 == 0; }
 
@@ -28,7 +28,7 @@ VacLayout::VacLayout(const VacSpec& spec, SliceIndex begin, SliceIndex end)
       num_slices(spec.extents.num_slices()),
       slice_begin(begin),
       slice_end(end),
-      leaves((cells + leaf_words - 1) / leaf_words) {
+      leaves((cells + leaf_cells - 1) / leaf_cells) {
   std::int64_t step = 1;
   for (int axis = 0; axis < num_axes; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
@@ -89,7 +89,7 @@ std::size_t VacField::index(std::uint64_t position) const {
 std::size_t VacField::leaf(std::uint64_t position) const {
   const auto p = static_cast<std::int64_t>(position);
   const std::int64_t slice = p / layout_.cells - layout_.slice_begin;
-  return static_cast<std::size_t>(slice * layout_.leaves + p % layout_.cells / leaf_words);
+  return static_cast<std::size_t>(slice * layout_.leaves + p % layout_.cells / leaf_cells);
 }
 
 void VacField::clear() { std::fill_n(data_.get(), num_words_, 0U); }

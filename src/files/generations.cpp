@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "files/attempt.h"
 #include "noiseloom/files/digest.h"
 #include "noiseloom/files/run_lock.h"
 
@@ -16,15 +17,6 @@ namespace noiseloom {
 namespace {
 
 constexpr std::string_view temporary_infix = ".tmp-";
-
-// What may be thrown while another failure is already on its way.
-template <class Action>
-void attempt(Action action) noexcept {
-  try {
-    action();
-  } catch (const std::exception&) {
-  }
-}
 
 // Gives the old generation its second name. False where a file can have one name only.
 bool keep_by_link(FileOps& ops, const std::string& path) {

@@ -21,24 +21,24 @@ std::uint64_t block_bytes_for(const std::vector<std::string>& dataset_names) {
   std::uint64_t needed = 512;  // the fixed lines
   for (const std::string& name : dataset_names) {
     needed += name.size() + 5 * (longest_number + 1) + 16;  // its line
-    needed += 2 * (longest_number + 1) + 32;                // the rest before it
+    needed += 2 * (longest_number + 1) + 32;                // the range before it
   }
   return std::bit_ceil(std::max<std::uint64_t>(needed, 4096));
 }
 
-std::vector<RestPlace> rest_places(const RunFileBlock& block) {
+std::vector<OutsideRange> ranges_outside_slices(const RunFileBlock& block) {
   std::vector<SlicePlace> slices = block.slices;
   std::ranges::sort(slices, {}, &SlicePlace::offset);
-  std::vector<RestPlace> rest;
+  std::vector<OutsideRange> ranges;
   std::uint64_t begin = block.block_bytes;
   for (const SlicePlace& place : slices) {
     NOISELOOM_CHECK_LE(begin, place.offset);
-    if (begin < place.offset) rest.push_back({begin, place.offset, 0});
+    if (begin < place.offset) ranges.push_back({begin, place.offset, 0});
     begin = place.end();
   }
   NOISELOOM_CHECK_LE(begin, block.length);
-  if (begin < block.length) rest.push_back({begin, block.length, 0});
-  return rest;
+  if (begin < block.length) ranges.push_back({begin, block.length, 0});
+  return ranges;
 }
 
 std::uint64_t digest_of_range(FileOps& ops, int fd, std::uint64_t begin, std::uint64_t end) {
@@ -61,7 +61,7 @@ std::string to_text(const RunFileBlock& block) {
     text += fmt::format("slices {} {} {} {} {}\n", place.offset, place.num_slices, place.slice_bytes, place.checksums,
                         place.name);
   }
-  for (const RestPlace& place : block.rest) {
+  for (const OutsideRange& place : block.outside_slices) {
     text += fmt::format("rest {} {} {}\n", place.begin, place.end, to_hex(place.digest));
   }
   NOISELOOM_CHECK_LT(text.size() + block_last_line_bytes, block.block_bytes);

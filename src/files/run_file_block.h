@@ -29,6 +29,9 @@ namespace noiseloom {
 
 inline constexpr int run_file_format = 1;
 
+// Where the digests of the slices of a dataset such as "/samples" lie.
+inline std::string checksum_path(const std::string& dataset) { return "/checksum" + dataset; }
+
 struct SlicePlace {
   std::string name;
   std::uint64_t offset = 0;
@@ -40,7 +43,8 @@ struct SlicePlace {
   friend bool operator==(const SlicePlace&, const SlicePlace&) = default;
 };
 
-struct RestPlace {
+// Bytes that no slice covers: headers of HDF5, attributes, small datasets.
+struct OutsideRange {
   std::uint64_t begin = 0;
   std::uint64_t end = 0;
   std::uint64_t digest = 0;
@@ -50,14 +54,14 @@ struct RunFileBlock {
   std::uint64_t block_bytes = 0;
   std::uint64_t length = 0;
   std::vector<SlicePlace> slices;
-  std::vector<RestPlace> rest;
+  std::vector<OutsideRange> outside_slices;
 };
 
 // A size that holds the block of any file with datasets of these names: a power of two, as HDF5 asks.
 std::uint64_t block_bytes_for(const std::vector<std::string>& dataset_names);
 
 // What the slices leave of [block_bytes, length), without digests.
-std::vector<RestPlace> rest_places(const RunFileBlock& block);
+std::vector<OutsideRange> ranges_outside_slices(const RunFileBlock& block);
 
 // The digest of the bytes [begin, end) of an open file.
 std::uint64_t digest_of_range(FileOps& ops, int fd, std::uint64_t begin, std::uint64_t end);
@@ -69,8 +73,9 @@ std::string to_text(const RunFileBlock& block);
 std::string block_last_line(std::string_view before);
 inline constexpr std::size_t block_last_line_bytes = sizeof("digest 0123456789abcdef\n") - 1;
 
-// Longer than it was written, and changed inside too: what a program leaves that writes into it with HDF5.
-class LongerRunFile : public DamagedRunFile {
+// Of another length than it was written with, and changed inside too: what a program leaves that writes into it with
+// HDF5 or packs it anew, if it is not cut off.
+class ResizedRunFile : public DamagedRunFile {
   using DamagedRunFile::DamagedRunFile;
 };
 

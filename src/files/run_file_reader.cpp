@@ -90,9 +90,6 @@ SliceDataset describe(const hdf5::Location& at, const std::string& name, hid_t d
   return spec;
 }
 
-// Where the digests of the slices of "/samples" lie.
-std::string checksum_path(const std::string& dataset) { return "/checksum" + dataset; }
-
 }  // namespace
 
 struct RunFileReader::Impl {
@@ -219,10 +216,11 @@ RunFileReader::RunFileReader(const std::string& path, Changed changed, FileOps& 
   try {
     block = verify_run_file(ops, impl_->opened.fd(), path);
   } catch (const DamagedRunFile& damage) {
-    // To write into a file HDF5 appends to it, nearly always: one that is no longer is damaged, and the generation
-    // before it is the one to go on from. To look at it, the samples are enough.
-    const bool longer = dynamic_cast<const LongerRunFile*>(&damage) != nullptr;
-    if ((changed == Changed::refused && !longer) || !impl_->is_sound_without_block()) throw;
+    // To write into a file HDF5 appends to it, nearly always, and to pack it anew gives it another length: one that has
+    // its length is damaged, and the generation before it is the one to go on from. So is one that is cut off, which
+    // HDF5 does not open. To look at it, the samples are enough.
+    const bool resized = dynamic_cast<const ResizedRunFile*>(&damage) != nullptr;
+    if ((changed == Changed::refused && !resized) || !impl_->is_sound_without_block()) throw;
     if (changed == Changed::refused) {
       throw ChangedRunFile(path,
                            "another program has changed it since (h5repack, h5py or the like): it can be scored "

@@ -128,7 +128,8 @@ std::string read_block_text(FileOps& ops, int fd, const std::string& path) {
   return text;
 }
 
-// Slices and rest lie in the file, side by side and without a gap; so do the lists of digests, somewhere in the rest.
+// Slices and the ranges outside of them lie in the file side by side and without a gap. The lists of digests lie
+// somewhere in those ranges.
 bool is_possible(const RunFileBlock& block) {
   const auto fits = [&](std::uint64_t begin, std::uint64_t count, std::uint64_t size) {
     return begin >= block.block_bytes && begin <= block.length && size > 0 && count <= (block.length - begin) / size;
@@ -141,7 +142,7 @@ bool is_possible(const RunFileBlock& block) {
     }
     ranges.emplace_back(place.offset, place.end());
   }
-  for (const RestPlace& place : block.rest) ranges.emplace_back(place.begin, place.end);
+  for (const OutsideRange& place : block.outside_slices) ranges.emplace_back(place.begin, place.end);
   std::ranges::sort(ranges);
   std::uint64_t covered = block.block_bytes;
   for (const auto& [begin, end] : ranges) {
@@ -167,12 +168,12 @@ RunFileBlock parse_block(const std::string& text, const std::string& path) {
       block.slices.push_back(place);
       good = !words.fail();
     } else if (kind == "rest") {
-      RestPlace place;
+      OutsideRange place;
       std::string digest;
       words >> place.begin >> place.end >> digest;
       const auto value = parse_number<std::uint64_t>(digest, 16);
       place.digest = value.value_or(0);
-      block.rest.push_back(place);
+      block.outside_slices.push_back(place);
       good = !words.fail() && value.has_value();
     }
   }
@@ -194,8 +195,8 @@ std::string place_of(const RunFileBlock& block, std::uint64_t byte) {
 
 void check_length(const RunFileBlock& block, std::uint64_t size, const std::string& path) {
   if (size < block.length) {
-    throw_damaged(
-        path, fmt::format("truncated: {} of {} bytes are left; it ends {}", size, block.length, place_of(block, size)));
+    throw ResizedRunFile(path, fmt::format("truncated: {} of {} bytes are left; it ends {}; {}", size, block.length,
+                                           place_of(block, size), advice));
   }
 }
 
@@ -264,7 +265,7 @@ RunFileBlock verify_run_file(FileOps& ops, int fd, const std::string& path) {
   const RunFileBlock block = parse_block(text, path);
   check_length(block, ops.size(fd), path);
   DamageList damage(block, path);
-  for (const RestPlace& place : block.rest) {
+  for (const OutsideRange& place : block.outside_slices) {
     if (digest_of_range(ops, fd, place.begin, place.end) != place.digest) damage.add(place.begin, place.end);
   }
   for (const SlicePlace& place : block.slices) {
@@ -279,7 +280,7 @@ RunFileBlock verify_run_file(FileOps& ops, int fd, const std::string& path) {
   }
   if (faults.empty()) return block;
   faults.back().text += fmt::format("; {}", advice);
-  if (changed_and_longer) throw LongerRunFile(faults);
+  if (changed_and_longer) throw ResizedRunFile(faults);
   throw DamagedRunFile(faults);
 }
 

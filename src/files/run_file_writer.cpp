@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "files/attempt.h"
 #include "files/hdf5_driver.h"
 #include "files/run_file_block.h"
 #include "files/run_file_slices.h"
@@ -17,15 +18,6 @@ static_assert(std::endian::native == std::endian::little, "slices and checksums 
 
 constexpr std::string_view seconds_column = "seconds";
 
-// What an action may throw while another failure is already on its way.
-template <class Action>
-void attempt(Action action) noexcept {
-  try {
-    action();
-  } catch (const std::exception&) {
-  }
-}
-
 struct OpenDataset {
   SliceDataset spec;
   hdf5::Handle data;
@@ -35,8 +27,7 @@ struct OpenDataset {
   std::vector<bool> written;
 };
 
-// "/samples" under /checksum, and the key of its combined checksum there.
-std::string checksum_path(const std::string& dataset) { return "/checksum" + dataset; }
+// The key of the combined checksum of "/samples" under /checksum.
 std::string checksum_key(const std::string& dataset) { return dataset.substr(1); }
 
 std::string combined(const OpenDataset& dataset) {
@@ -215,8 +206,8 @@ void RunFileWriter::Impl::write_block() {
   block.block_bytes = block_bytes;
   block.length = ops.size(fd);
   for (const OpenDataset& dataset : datasets) block.slices.push_back(dataset.place);
-  block.rest = rest_places(block);
-  for (RestPlace& place : block.rest) place.digest = digest_of_range(ops, fd, place.begin, place.end);
+  block.outside_slices = ranges_outside_slices(block);
+  for (OutsideRange& place : block.outside_slices) place.digest = digest_of_range(ops, fd, place.begin, place.end);
   const std::string text = to_text(block);
   ops.write(fd, 0, std::as_bytes(std::span(text)));
 }

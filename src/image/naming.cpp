@@ -80,7 +80,7 @@ constexpr const char* accepted_places = "{slice}, {slice:03}, {}, %d, %03d, %i, 
 
 std::string why_no_file_name(const std::string& name) {
   // What people write for a number and other programs understand.
-  static const std::regex place(R"([*?]|%[-+ #]*\d*[diouxX]|\{[^{}]*\}|##+)");
+  static const std::regex place(R"([*?]|%[-+ #]*\d*[diouxX]|\{[^{}]*\}|##+|@@+|\$F\d*|<[A-Za-z]\w*>)");
   std::smatch found;
   if (!std::regex_search(name, found, place)) return "";
   return fmt::format("\"{}\" is no place for the number of a slice; accepted, once, in the file's name: {}",

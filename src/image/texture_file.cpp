@@ -16,6 +16,7 @@
 #include "noiseloom/files/pixel_order.h"
 #include "noiseloom/files/run_file.h"
 #include "noiseloom/image/image_reader.h"
+#include "noiseloom/image/naming.h"
 #include "noiseloom/image/sample_check.h"
 #include "noiseloom/image/sequence.h"
 #include "noiseloom/samples/sample_space.h"
@@ -167,7 +168,9 @@ FileKind kind_of(const std::string& path) {
   if (!fs::exists(path)) {
     if (split_dataset_name(path)) return FileKind::hdf5;
     if (is_sequence_pattern(path)) return FileKind::images;
-    throw UserError(path, "no such file" + previous_generation_note(path));
+    const std::string no_pattern = why_no_file_name(fs::path(path).filename().string());
+    throw UserError(path, "no such file" + previous_generation_note(path) +
+                              (no_pattern.empty() ? "" : "; if it stands for many: " + no_pattern));
   }
   if (!fs::is_regular_file(path)) throw UserError(path, "a device, not a file");
   if (looks_like_run_file(path)) return FileKind::run_file;

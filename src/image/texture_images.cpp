@@ -35,6 +35,8 @@ struct Layout {
   int rows = 1;
 };
 
+constexpr int most_columns = 65536;  // and rows
+
 Layout parse_layout(const std::string& text) {
   if (text.empty()) return {};
   if (text == "image") return {Layout::Kind::image};
@@ -47,9 +49,9 @@ Layout parse_layout(const std::string& text) {
   const auto [times, error] = std::from_chars(text.data() + std::min(colon, text.size() - 1) + 1, last, layout.columns);
   const auto [end, second_error] = times == last ? std::from_chars_result{last, std::errc::invalid_argument}
                                                  : std::from_chars(times + 1, last, layout.rows);
-  constexpr int most = 65536;
   if ((word != "atlas" && word != "atlas-down") || error != std::errc{} || second_error != std::errc{} || end != last ||
-      *times != 'x' || layout.columns < 1 || layout.rows < 1 || layout.columns > most || layout.rows > most)
+      *times != 'x' || layout.columns < 1 || layout.rows < 1 || layout.columns > most_columns ||
+      layout.rows > most_columns)
     throw UserError("command line", fmt::format("--layout {}: accepted: image, strip (downward), row (to the right), "
                                                 "atlas:CxR (C columns, R rows; atlas-down:CxR counts downward first)",
                                                 text));
@@ -59,10 +61,10 @@ Layout parse_layout(const std::string& text) {
 std::string size_of(const ImageShape& shape) { return fmt::format("{} x {} pixels", shape.width, shape.height); }
 
 [[noreturn]] void size_differs(const std::string& path, const std::string& found, const Extents& extents,
-                               const std::string& window = "") {
-  throw UserError(path,
-                  fmt::format("{}, but the config says {}{}", found, expected_size(extents),
-                              window.empty() ? "" : fmt::format(" ({}; only the former is in the file)", window)));
+                               const std::string& window = "", const std::string& hint = "") {
+  throw UserError(
+      path, fmt::format("{}, but the config says {}{}{}", found, expected_size(extents),
+                        window.empty() ? "" : fmt::format(" ({}; only the former is in the file)", window), hint));
 }
 
 // Slices of one file, counted to the right and then down, or (atlas_down) down and then to the right.
@@ -108,7 +110,13 @@ Arrangement arrange_one(const std::string& path, const ImageReader& reader, cons
                     (layout.kind != Layout::Kind::image || slices == 1) &&
                     (layout.kind != Layout::Kind::strip || columns == 1) &&
                     (layout.kind != Layout::Kind::row || rows == 1);
-  if (!fits) size_differs(path, size_of(shape), extents, reader.window(0));
+  // Cells may be left over at the end, which only its maker knows.
+  const std::string hint =
+      whole && slices > 1 && columns * rows > slices && columns <= most_columns && rows <= most_columns
+          ? fmt::format("; if it is an atlas of which the first {} of {} cells are used: --layout atlas:{}x{}", slices,
+                        columns * rows, columns, rows)
+          : "";
+  if (!fits) size_differs(path, size_of(shape), extents, reader.window(0), hint);
   Arrangement arrangement{{path}, {}, grid_kind(narrow<int>(columns), narrow<int>(rows), slices)};
   if (layout.kind == Layout::Kind::found && columns > 1 && rows > 1)
     notes.push_back(

@@ -85,12 +85,12 @@ class PowerSum {
  public:
   // sizes: the first varies fastest.
   explicit PowerSum(const std::vector<std::int64_t>& sizes) : sizes_(sizes), half_(sizes[0] / 2 + 1) {
-    std::size_t rest = 1;
+    std::size_t rows = 1;
     std::vector<int> dimensions;
     for (auto size = sizes.rbegin(); size != sizes.rend(); ++size) dimensions.push_back(narrow<int>(*size));
-    for (std::size_t a = 1; a < sizes.size(); ++a) rest *= static_cast<std::size_t>(sizes[a]);
-    values_.resize(rest * static_cast<std::size_t>(sizes[0]));
-    coefficients_.resize(rest * static_cast<std::size_t>(half_));
+    for (std::size_t a = 1; a < sizes.size(); ++a) rows *= static_cast<std::size_t>(sizes[a]);
+    values_.resize(rows * static_cast<std::size_t>(sizes[0]));
+    coefficients_.resize(rows * static_cast<std::size_t>(half_));
     sums_.resize(coefficients_.size());
     plan_ = fftw_plan_dft_r2c(static_cast<int>(dimensions.size()), dimensions.data(), values_.data(),
                               reinterpret_cast<fftw_complex*>(coefficients_.data()), FFTW_ESTIMATE);

@@ -28,7 +28,6 @@ constexpr int shown_quarter = 210;  // four in a row
 constexpr int most_pixels = 768;    // of a texture that is shown; larger ones are cut
 constexpr int slices_shown = 4;
 constexpr int shown_points = 70;  // pixels of a point set, so that they are large enough to be seen one by one
-constexpr int plot_width = 640;   // of a plot that stands alone
 
 class Analysis {
  public:

@@ -240,6 +240,9 @@ std::string line_svg(const PlotLine& line, const Scale& x, const Scale& y) {
   for (std::size_t i = 0; i < line.x.size(); ++i) {
     if (!x.holds(line.x[i]) || !y.holds(line.y[i])) continue;
     points += fmt::format("{:.1f},{:.1f} ", x(line.x[i]), y(line.y[i]));
+    if (i < line.low.size() && i < line.high.size() && y.holds(line.low[i]) && line.low[i] < line.high[i])
+      markers += fmt::format("<line class='{0}' x1='{1:.1f}' x2='{1:.1f}' y1='{2:.1f}' y2='{3:.1f}'/>\n",
+                             style_class(line.style), x(line.x[i]), y(line.low[i]), y(line.high[i]));
     if (i < line.names.size())
       markers += fmt::format("<circle class='{} nl-dot' cx='{:.1f}' cy='{:.1f}' r='4'><title>{}</title></circle>\n",
                              style_class(line.style), x(line.x[i]), y(line.y[i]), xml_escaped(line.names[i]));
@@ -268,6 +271,7 @@ constexpr const char* plot_style =
     "stroke:#c9a400}.nl-dashed{stroke:#888;stroke-dasharray:5 4}"
     ".nl-front{fill:none;stroke:#2fa56b;stroke-opacity:.3;stroke-width:11;stroke-linejoin:round;stroke-linecap:round}"
     ".nl-points{fill:none;stroke:#8a63c7;stroke-width:1.6}.nl-main.nl-dot{fill:#2f7ed8}.nl-second.nl-dot{fill:#d8722f}"
+    ".nl-third.nl-dot{fill:#2fa56b;stroke-dasharray:none}.nl-fourth.nl-dot{fill:#9a6fd8;stroke-dasharray:none}"
     ".nl-points.nl-dot{fill:#8a63c7;fill-opacity:.25}.nl-ring{fill:none;stroke:currentColor;stroke-width:1.6}"
     ".nl-mark{font-weight:600}.nl-note{opacity:.65}</style>\n";
 
@@ -318,6 +322,8 @@ std::string plot_svg(const Plot& plot) {
       if (!x.holds(line.x[i]) || !y.holds(line.y[i])) continue;
       x.include(line.x[i]);
       y.include(line.y[i]);
+      for (const std::vector<double>* ends : {&line.low, &line.high})
+        if (i < ends->size() && y.holds((*ends)[i])) y.include((*ends)[i]);
     }
   }
   if (!plot.log_y) y.include(0);

@@ -12,6 +12,8 @@
 
 namespace noiseloom {
 
+inline constexpr int plot_width = 640;  // CSS pixels of a plot that stands alone
+
 class ReportWriter {
  public:
   ReportWriter(OutputFiles& output, const std::string& folder) : output_(output), folder_(folder) {}

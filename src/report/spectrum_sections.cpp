@@ -10,7 +10,6 @@
 namespace noiseloom {
 namespace {
 
-constexpr int plot_width = 640;  // CSS pixels of a plot that stands alone
 constexpr const char* power_label = "power, white noise = 1";
 
 class Sections {

@@ -13,7 +13,7 @@
 namespace noiseloom {
 namespace {
 
-constexpr auto visit_state = [](auto& state, const auto& visit) {
+constexpr auto visit_swap_state = [](auto& state, const auto& visit) {
   visit("sweep", state.sweep);
   visit("step", state.step);
   visit("accepted", state.accepted);
@@ -37,7 +37,7 @@ constexpr auto visit_state = [](auto& state, const auto& visit) {
   visit("finished", state.finished);
 };
 
-constexpr auto visit_row = [](auto&& row, const auto& visit) {
+constexpr auto visit_swap_row = [](auto&& row, const auto& visit) {
   visit("sweep", row.sweep);
   visit("iterations", row.iterations);
   visit("temperature", row.temperature);
@@ -198,7 +198,8 @@ std::vector<SliceDataset> run_datasets(const SampleSource& source, bool has_give
 std::string save_run(FileOps& ops, const std::string& path, const RunConfig& config, const SampleSource& source,
                      SwapOptimizer& engine, const Communicator& communicator,
                      const std::map<std::string, Attribute>& provenance) {
-  RunFileContent content = content_of(config, engine.method(), engine.state(), visit_state, visit_row, provenance);
+  RunFileContent content =
+      content_of(config, engine.method(), engine.state(), visit_swap_state, visit_swap_row, provenance);
   content.datasets = run_datasets(source, engine.has_given());
   const auto produce = [&](std::size_t dataset, SliceIndex slice, std::vector<std::byte>& block) {
     block.clear();
@@ -243,7 +244,7 @@ RunFileContent with_all_fields(RunFileContent content) {
 
 SwapState engine_state(const RunFileContent& content, const std::string& path) {
   const RunConfig config = stored_config(content, path);
-  SwapState state = state_of<SwapState>(with_all_fields(content), path, visit_state, visit_row);
+  SwapState state = state_of<SwapState>(with_all_fields(content), path, visit_swap_state, visit_swap_row);
   stored_algorithm(content, path);
   ContentFaults faults(path);
   faults.require(config.optimizer.method != Method::void_and_cluster, "has no /order, but its /config that method");
@@ -344,7 +345,7 @@ void restore_run(const RunFileReader* file, const RunConfig& config, SwapOptimiz
     state = checked_state(*file, config, engine);
   });
   communicator.broadcast(path);
-  broadcast_state(state, visit_state, communicator);
+  broadcast_state(state, visit_swap_state, communicator);
 
   const Extents& extents = config.problem.extents;
   const std::size_t id_bytes = static_cast<std::size_t>(extents.cells_per_slice()) * sizeof(std::uint32_t);

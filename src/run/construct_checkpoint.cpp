@@ -15,11 +15,11 @@
 namespace noiseloom {
 namespace {
 
-constexpr const char* phase_names[] = {"relax", "drain", "fill", "done"};
+constexpr const char* construct_phase_names[] = {"relax", "drain", "fill", "done"};
 constexpr const char* finished_word = "construction";
 constexpr int rows_of_places = 16;
 
-constexpr auto visit_state = [](auto& state, const auto& visit) {
+constexpr auto visit_construct_state = [](auto& state, const auto& visit) {
   visit("phase", state.phase);
   visit("start_points", state.start_points);
   visit("rounds", state.rounds);
@@ -31,7 +31,7 @@ constexpr auto visit_state = [](auto& state, const auto& visit) {
   visit("finished", state.finished);
 };
 
-constexpr auto visit_row = [](auto&& row, const auto& visit) {
+constexpr auto visit_construct_row = [](auto&& row, const auto& visit) {
   visit("phase", row.phase);
   visit("swaps", row.swaps);
   visit("ranked", row.ranked);
@@ -42,11 +42,11 @@ constexpr auto visit_row = [](auto&& row, const auto& visit) {
 constexpr std::int64_t most_counted = std::int64_t{1} << 53;
 
 ConstructPhase phase_of(const ConstructState& state, const std::string& path) {
-  const auto found = std::find(std::begin(phase_names), std::end(phase_names), state.phase);
-  if (found == std::end(phase_names)) {
+  const auto found = std::find(std::begin(construct_phase_names), std::end(construct_phase_names), state.phase);
+  if (found == std::end(construct_phase_names)) {
     throw UserError(path, fmt::format("/state: phase \"{}\" is none of construction", state.phase));
   }
-  return static_cast<ConstructPhase>(found - std::begin(phase_names));
+  return static_cast<ConstructPhase>(found - std::begin(construct_phase_names));
 }
 
 ConstructProgress progress_of(const ConstructState& state, const Extents& extents, const std::string& path) {
@@ -123,12 +123,14 @@ void check_rows(const ConstructState& state, const std::string& path) {
 std::string places_fault(const ConstructProgress& progress, SliceIndex slice, std::span<const std::uint32_t> places) {
   if (is_sound(progress, places)) return "";
   return fmt::format("{}, slice {}: its places are not those of phase {} with {} pixels placed", permutation_name,
-                     slice, phase_names[static_cast<std::size_t>(progress.phase)], progress.num_placed);
+                     slice, construct_phase_names[static_cast<std::size_t>(progress.phase)], progress.num_placed);
 }
 
 }  // namespace
 
-const char* construct_phase_name(ConstructPhase phase) { return phase_names[static_cast<std::size_t>(phase)]; }
+const char* construct_phase_name(ConstructPhase phase) {
+  return construct_phase_names[static_cast<std::size_t>(phase)];
+}
 
 bool is_construct_run(const RunFileContent& content) { return content.state.contains("sharpness"); }
 
@@ -165,7 +167,7 @@ void add_construct_rows(const ConstructProgress& before, const ConstructProgress
 
 ConstructState construct_state(const RunFileContent& content, const std::string& path) {
   const RunConfig config = stored_config(content, path);
-  ConstructState state = state_of<ConstructState>(content, path, visit_state, visit_row);
+  ConstructState state = state_of<ConstructState>(content, path, visit_construct_state, visit_construct_row);
   stored_algorithm(content, path);
   ContentFaults faults(path);
   faults.require(config.optimizer.method == Method::construct,
@@ -204,7 +206,8 @@ std::vector<float> samples_of_places(const std::vector<std::uint32_t>& places, c
 std::string save_construct_run(FileOps& ops, const std::string& path, const RunConfig& config,
                                const SampleSource& source, const SliceConstruction& run, const ConstructState& state,
                                const Communicator& communicator, const std::map<std::string, Attribute>& provenance) {
-  RunFileContent content = content_of(config, Method::construct, state, visit_state, visit_row, provenance);
+  RunFileContent content =
+      content_of(config, Method::construct, state, visit_construct_state, visit_construct_row, provenance);
   content.datasets = run_datasets(source);
   const auto produce = [&](std::size_t dataset, SliceIndex slice, std::vector<std::byte>& block) {
     block.clear();
@@ -231,7 +234,7 @@ ConstructState restore_construct_run(const RunFileReader* file, const RunConfig&
     if (state.finished.empty()) require_same_algorithm(file->content(), Method::construct, path);
   });
   communicator.broadcast(path);
-  broadcast_state(state, visit_state, communicator);
+  broadcast_state(state, visit_construct_state, communicator);
   const ConstructProgress progress = progress_of(state, extents, path);
 
   const std::size_t bytes = static_cast<std::size_t>(extents.cells_per_slice()) * sizeof(std::uint32_t);

@@ -17,7 +17,7 @@ namespace noiseloom {
 namespace {
 
 // What steps are fitted to: safe points that no signal waits long for.
-constexpr double step_s = 0.4;
+constexpr double construct_step_s = 0.4;
 
 }  // namespace
 
@@ -89,7 +89,7 @@ void ConstructJob::step(double run_s) {
   }
   const double seconds = std::max(took_s(), 1e-9);
   rate_ = static_cast<double>((run_->picks_done() - picks_before) * communicator_->size()) / seconds;
-  const double fitting = static_cast<double>(next_rounds_) * std::min(4.0, step_s / seconds);
+  const double fitting = static_cast<double>(next_rounds_) * std::min(4.0, construct_step_s / seconds);
   next_rounds_ = static_cast<std::int64_t>(communicator_->broadcast(std::max(1.0, fitting)));
   if (run_->done()) score();
 }

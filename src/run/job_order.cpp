@@ -18,7 +18,7 @@ namespace {
 
 // What steps are fitted to: safe points that no signal waits long for. But every step begins with a search of all
 // pixels, which fewer picks than one in 1024 would not be worth (64x64x64x64: 7 times as long with one in 16,384).
-constexpr double step_s = 0.4;
+constexpr double order_step_s = 0.4;
 constexpr std::int64_t pixels_per_pick = 1024;
 constexpr std::int64_t first_picks = 64;
 
@@ -91,7 +91,7 @@ void OrderJob::step(double run_s) {
   rate_ = took_s > 0 ? static_cast<double>(picks) / took_s : rate_;
   // Picks of another phase may be slower by some times.
   const double most = static_cast<double>(next_picks_) * (after.phase == before.phase ? 4 : 0.5);
-  const double next = std::max(std::min(rate_ * step_s, most), static_cast<double>(fewest_picks()));
+  const double next = std::max(std::min(rate_ * order_step_s, most), static_cast<double>(fewest_picks()));
   next_picks_ = static_cast<std::int64_t>(communicator_->broadcast(next));
 }
 

@@ -24,7 +24,7 @@ constexpr double most_iterations = 2000;
 constexpr double iterations_of_rounds = 2000;
 constexpr std::int64_t most_pixels = std::int64_t{1} << 17;
 
-double as_double(std::int64_t count) { return static_cast<double>(count); }
+double real(std::int64_t count) { return static_cast<double>(count); }
 
 // The same problem in a texture that is small along x and y, and of one slice where slices do not act on each other.
 struct Twin {
@@ -62,10 +62,10 @@ Twin twin_of(const RunConfig& config, const SampleSource& source) {
   }
   const auto pixels = [&] {
     double product = 1;
-    for (const std::int64_t size : sizes) product *= as_double(size);
+    for (const std::int64_t size : sizes) product *= real(size);
     return product;
   };
-  while (pixels() > as_double(most_pixels) && sizes.size() > 2) {
+  while (pixels() > real(most_pixels) && sizes.size() > 2) {
     const auto longest = std::max_element(sizes.begin() + 2, sizes.end());
     if (*longest < 8) break;
     *longest /= 2;
@@ -94,7 +94,7 @@ Trial anneal(Twin twin, double iterations, ThreadPool& pool) {
   const auto begun = std::chrono::steady_clock::now();
   while (!optimizer.finished()) optimizer.step(0);
   const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-  return {optimizer.relative_error(), took_s / std::max(1.0, as_double(optimizer.candidates_done()))};
+  return {optimizer.relative_error(), took_s / std::max(1.0, real(optimizer.candidates_done()))};
 }
 
 }  // namespace
@@ -118,10 +118,10 @@ Joining joining_of(double expected_ratio) {
 Joining find_joining(const RunConfig& config, const SampleSource& source, const JoiningQuestion& question,
                      ThreadPool& pool) {
   const Twin twin = twin_of(config, source);
-  const double pixels = as_double(config.problem.extents.num_cells());
-  const double twin_pixels = as_double(twin.problem.extents.num_cells());
+  const double pixels = real(config.problem.extents.num_cells());
+  const double twin_pixels = real(twin.problem.extents.num_cells());
   const StopSpec& stop = config.optimizer.stop;
-  double iterations = stop.iterations > 0 ? as_double(stop.iterations) : iterations_of_rounds;
+  double iterations = stop.iterations > 0 ? real(stop.iterations) : iterations_of_rounds;
   if (stop.time_s > 0) {
     const Trial trial = anneal(twin, 4, pool);
     const double used = std::min(question.workers, pool.num_threads());  // what the trial had

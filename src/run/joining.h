@@ -31,8 +31,8 @@ Joining find_joining(const RunConfig& config, const SampleSource& source, const 
 // (tests/bench/README.md).
 Joining joining_of(double expected_ratio);
 
-// What R falls to in `iterations`, where it came to `error_of_quarter` in a quarter of `tried` iterations and to `error`
-// in all of them: every four times as many gain three quarters of what the four times before gained.
+// What R falls to in `iterations`, where it came to `error_of_quarter` in a quarter of `tried` iterations and to
+// `error` in all of them: every four times as many gain three quarters of what the four times before gained.
 double extrapolated_error(double error_of_quarter, double error, double tried, double iterations);
 
 }  // namespace noiseloom

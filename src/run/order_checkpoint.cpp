@@ -13,9 +13,9 @@
 namespace noiseloom {
 namespace {
 
-constexpr const char* phase_names[] = {"swap", "drain", "fill", "done"};
+constexpr const char* order_phase_names[] = {"swap", "drain", "fill", "done"};
 
-constexpr auto visit_state = [](auto& state, const auto& visit) {
+constexpr auto visit_order_state = [](auto& state, const auto& visit) {
   visit("phase", state.phase);
   visit("start_points", state.start_points);
   visit("swaps", state.swaps);
@@ -23,7 +23,7 @@ constexpr auto visit_state = [](auto& state, const auto& visit) {
   visit("finished", state.finished);
 };
 
-constexpr auto visit_row = [](auto&& row, const auto& visit) {
+constexpr auto visit_order_row = [](auto&& row, const auto& visit) {
   visit("phase", row.phase);
   visit("swaps", row.swaps);
   visit("ranked", row.placed);
@@ -35,17 +35,17 @@ OrderCensus expected_census(const OrderState& state, std::int64_t num_pixels) {
     return OrderCensus::of_places(num_pixels, begin, end, num_on);
   };
   const std::int64_t points = state.start_points;
-  if (state.phase == phase_names[0]) return census(0, 0, points);
-  if (state.phase != phase_names[1]) return census(0, state.placed, 0);
+  if (state.phase == order_phase_names[0]) return census(0, 0, points);
+  if (state.phase != order_phase_names[1]) return census(0, state.placed, 0);
   return census(points - state.placed, points, points - state.placed);
 }
 
 VacPhase phase_of(const OrderState& state, const std::string& path) {
-  const auto found = std::find(std::begin(phase_names), std::end(phase_names), state.phase);
-  if (found == std::end(phase_names)) {
+  const auto found = std::find(std::begin(order_phase_names), std::end(order_phase_names), state.phase);
+  if (found == std::end(order_phase_names)) {
     throw UserError(path, fmt::format("/state: phase \"{}\" is none of void and cluster", state.phase));
   }
-  return static_cast<VacPhase>(found - std::begin(phase_names));
+  return static_cast<VacPhase>(found - std::begin(order_phase_names));
 }
 
 // More swaps than a double of /history can count no run makes.
@@ -110,7 +110,7 @@ void check_census(const OrderCensus& census, const OrderState& state, const std:
 
 }  // namespace
 
-const char* vac_phase_name(VacPhase phase) { return phase_names[static_cast<std::size_t>(phase)]; }
+const char* vac_phase_name(VacPhase phase) { return order_phase_names[static_cast<std::size_t>(phase)]; }
 
 void add_order_rows(const VacProgress& before, const VacProgress& after, std::int64_t num_pixels, double seconds,
                     std::vector<OrderRow>& history) {
@@ -136,7 +136,7 @@ void add_order_rows(const VacProgress& before, const VacProgress& after, std::in
 
 OrderState order_state(const RunFileContent& content, const std::string& path) {
   const RunConfig config = stored_config(content, path);
-  OrderState state = state_of<OrderState>(content, path, visit_state, visit_row);
+  OrderState state = state_of<OrderState>(content, path, visit_order_state, visit_order_row);
   stored_algorithm(content, path);
   ContentFaults faults(path);
   faults.require(config.optimizer.method == Method::void_and_cluster, "has an /order, but its /config another method");
@@ -170,7 +170,8 @@ std::string save_order_run(FileOps& ops, const std::string& path, const RunConfi
                          .placed = progress.num_placed,
                          .finished = run.done() ? "order" : "",
                          .history = history};
-  RunFileContent content = content_of(config, Method::void_and_cluster, state, visit_state, visit_row, provenance);
+  RunFileContent content =
+      content_of(config, Method::void_and_cluster, state, visit_order_state, visit_order_row, provenance);
   content.datasets = order_run_datasets(content.extents);
   const auto produce = [&](std::size_t dataset, SliceIndex slice, std::vector<std::byte>& block) {
     block = run.order(slice);
@@ -191,7 +192,7 @@ std::vector<OrderRow> restore_order_run(const RunFileReader* file, const RunConf
     state = order_state(file->content(), file->path());
     if (state.finished.empty()) require_same_algorithm(file->content(), config.optimizer.method, file->path());
   });
-  broadcast_state(state, visit_state, communicator);
+  broadcast_state(state, visit_order_state, communicator);
 
   OrderCensus census(extents.num_cells());
   std::map<SliceIndex, std::vector<std::byte>> own;

@@ -20,10 +20,8 @@ namespace noiseloom {
 namespace {
 
 // What the speed is found with: the same filter in a texture of at most so many pixels, for so long.
-constexpr std::int64_t most_measured_pixels = std::int64_t{1} << 15;
-constexpr double measured_s = 0.25;
-
-double as_double(std::int64_t count) { return static_cast<double>(count); }
+constexpr std::int64_t most_constructed_pixels = std::int64_t{1} << 15;
+constexpr double constructed_s = 0.25;
 
 // The same texture with its largest axes halved.
 Extents reduced(const Extents& extents) {
@@ -35,7 +33,7 @@ Extents reduced(const Extents& extents) {
     names.push_back(extents.name(axis));
     pixels *= as_double(sizes.back());
   }
-  while (pixels > as_double(most_measured_pixels)) {
+  while (pixels > as_double(most_constructed_pixels)) {
     auto& largest = *std::max_element(sizes.begin(), sizes.end());
     pixels /= as_double(largest);
     largest = (largest + 1) / 2;
@@ -54,7 +52,7 @@ double measured_pick(const Extents& extents, const FilterSpec& filter, const Con
   const std::clock_t begun = std::clock();
   const auto elapsed_s = [begun] { return static_cast<double>(std::clock() - begun) / CLOCKS_PER_SEC; };
   run.start();
-  while (!run.done() && elapsed_s() < measured_s) run.advance();
+  while (!run.done() && elapsed_s() < constructed_s) run.advance();
   const double picks = std::max(1.0, run.fraction() * as_double(small.num_cells()));
   return elapsed_s() / picks / as_double(std::ssize(overlap.slices()));
 }
@@ -131,7 +129,7 @@ RunPlan plan_construct(const RunConfig& config, const PlanRequest& request) {
     told += as_double(halo.messages_per_sweep());
     messages += as_double(std::ssize(peers)) * as_double(plan.num_classes);
     const PlanRank entry{rank, distribution.num_own(), std::ssize(halo.needed()), 0};
-    add_rank(entry, construct_memory(extents, outline, has_pdf, request, entry), plan);
+    add_rank(entry, construct_memory(extents, outline, request, entry), plan);
   }
   add_node_bytes(plan);
   const double share = as_double(request.ranks) / as_double(std::ssize(looked_at));

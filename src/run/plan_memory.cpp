@@ -26,7 +26,6 @@ constexpr double coupled_slice_bytes = 48;
 // Swaps a candidate while the run is hot.
 constexpr double hot_acceptance = 0.45;
 
-double as_double(std::int64_t count) { return static_cast<double>(count); }
 std::int64_t round_up(std::int64_t n, std::int64_t multiple) { return (n + multiple - 1) / multiple * multiple; }
 
 // One thread: the copy of the tile and of its transpose, positions of samples both ways, and what of the other slices
@@ -72,7 +71,7 @@ PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, cons
   const double threads = std::min<double>(request.threads, std::max(1.0, held));
   PlanMemory memory;
   memory.program = program_bytes(request);
-  memory.texture = own * (field + ids);
+  memory.texture = own * (field + (sizes.is_given ? 2 : 1) * ids);
   memory.halo = as_double(rank.halo_slices) * field;
   const double taps = as_double(scored.num_taps + judged.num_taps);
   memory.filter =
@@ -116,8 +115,8 @@ PlanMemory order_memory(const VacSpec& spec, double kernel_taps, const PlanReque
   return memory;
 }
 
-PlanMemory construct_memory(const Extents& extents, const FilterOutline& overlap, bool has_pdf,
-                            const PlanRequest& request, const PlanRank& rank) {
+PlanMemory construct_memory(const Extents& extents, const FilterOutline& overlap, const PlanRequest& request,
+                            const PlanRank& rank) {
   const double cells = as_double(extents.cells_per_slice());
   const double own = as_double(rank.slices);
   const double held = own + as_double(rank.halo_slices);
@@ -129,11 +128,13 @@ PlanMemory construct_memory(const Extents& extents, const FilterOutline& overlap
   memory.halo = as_double(rank.halo_slices) * cells * 4;
   memory.filter = tap_bytes * as_double(overlap.num_taps) + coupled_slice_bytes * coupled + rows * (24 + 64);
   const double samples = as_double(extents.num_cells());
-  const double sorted = samples <= 0x1p26 && rank.rank == Rank(0) ? 12 * samples : 12 * std::min(samples, 0x1p20);
+  // The mean distance: all samples in double and the list of a slice, or blocks of them.
+  const double sorted =
+      samples <= 0x1p26 && rank.rank == Rank(0) ? 8 * samples + 4 * cells : 12 * std::min(samples, 0x1p20);
   memory.at_score = std::max(held * 4 * cells, sorted);
   // A node of a tree for every tap, while rows are cut.
   memory.at_start = tap_bytes_while_built * as_double(overlap.num_taps);
-  memory.at_save = cells * (has_pdf ? 16 : 12);
+  memory.at_save = 12 * cells;
   return memory;
 }
 

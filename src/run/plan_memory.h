@@ -9,6 +9,9 @@
 
 namespace noiseloom {
 
+// Costs are estimated in floating point: exact counts would overflow.
+inline double as_double(std::int64_t count) { return static_cast<double>(count); }
+
 // What the memory of a run of swaps depends on.
 struct SwapSizes {
   FieldLayout slice;       // as the engine keeps slices
@@ -22,6 +25,7 @@ struct SwapSizes {
   bool scalar = true;           // the mean distance is found by sorting
   std::int64_t mean_tasks = 1;  // that it is shared out in, among ranks and threads
   bool has_pdf = false;
+  bool is_given = false;    // the arrangement that the run begins with is kept
   std::int64_t visit = 1;   // iterations of a visit
   double file_samples = 0;  // values that a user's file brings
 };
@@ -34,8 +38,8 @@ PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, cons
 PlanMemory order_memory(const VacSpec& spec, double kernel_taps, const PlanRequest& request, const PlanRank& rank);
 
 // Construction.
-PlanMemory construct_memory(const Extents& extents, const FilterOutline& overlap, bool has_pdf,
-                            const PlanRequest& request, const PlanRank& rank);
+PlanMemory construct_memory(const Extents& extents, const FilterOutline& overlap, const PlanRequest& request,
+                            const PlanRank& rank);
 
 // The program with MPI and HDF5 before any texture.
 double program_bytes(const PlanRequest& request);

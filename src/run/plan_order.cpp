@@ -14,14 +14,12 @@ namespace noiseloom {
 namespace {
 
 // What the speed is found with: picks of the same filter in a texture of at most so many pixels, for so long.
-constexpr std::int64_t most_measured_pixels = std::int64_t{1} << 16;
-constexpr double measured_s = 0.3;
+constexpr std::int64_t most_ordered_pixels = std::int64_t{1} << 16;
+constexpr double ordered_s = 0.3;
 constexpr std::int64_t picks_at_a_time = 1024;
 // A swap takes as long as some five places; there are 0.33 to 0.46 for every point in the configs of this repository.
 constexpr double swap_cost = 5;
 constexpr double usual_swaps_per_point = 0.4;
-
-double as_double(std::int64_t count) { return static_cast<double>(count); }
 
 // Offsets that a pick changes: where the Gaussian does not round to zero in fixed point of about 24 bits.
 double num_taps(const VacSpec& spec, const Extents& extents) {
@@ -46,7 +44,7 @@ VacSpec reduced(const VacSpec& spec) {
     for (const std::int64_t size : sizes) product *= as_double(size);
     return product;
   };
-  while (pixels() > as_double(most_measured_pixels)) {
+  while (pixels() > as_double(most_ordered_pixels)) {
     auto& largest = *std::max_element(sizes.begin(), sizes.end());
     largest = (largest + 1) / 2;
   }
@@ -70,7 +68,7 @@ Measured measure(const VacSpec& spec) {
   const auto elapsed_s = [begun] { return static_cast<double>(std::clock() - begun) / CLOCKS_PER_SEC; };
   VoidAndCluster run(small, alone, pool);
   run.start();
-  while (!run.done() && elapsed_s() < measured_s) run.advance(picks_at_a_time);
+  while (!run.done() && elapsed_s() < ordered_s) run.advance(picks_at_a_time);
   const VacProgress& progress = run.progress();
   const bool swapped = progress.phase != VacPhase::swap && progress.num_start_points > 0;
   const double per_point =

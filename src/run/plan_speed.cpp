@@ -13,8 +13,6 @@
 namespace noiseloom {
 namespace {
 
-// Swaps per candidate, averaged over a run that cools down.
-constexpr double typical_acceptance = 0.15;
 // Cells of the small texture along x and y: as a tile has, in memory that a cache holds.
 constexpr std::int64_t wide_enough = 144;
 constexpr std::int64_t widest = 384;

@@ -57,9 +57,9 @@ class Arrangement {
     const std::vector<std::int64_t> shape = read_npy_shape(path_);
     const bool fits = shape == with_channels || (channels == 1 && shape == wanted);
     if (!fits) {
-      throw UserError(path_, fmt::format("shape {}; a texture of {} is {}{}", npy_shape_text(shape),
-                                         extents.to_string(), npy_shape_text(with_channels),
-                                         channels == 1 ? " or " + npy_shape_text(wanted) : ""));
+      throw UserError(path_,
+                      fmt::format("shape {}; a texture of {} is {}{}", npy_shape_text(shape), extents.to_string(),
+                                  npy_shape_text(with_channels), channels == 1 ? " or " + npy_shape_text(wanted) : ""));
     }
     array_ = read_float_array(path_);
   }

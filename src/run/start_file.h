@@ -17,8 +17,8 @@ class StartFile {
   // Rank 0 reads the file, every rank gets the slices that it wants. Throws UserError on every rank, naming the path:
   // for a file of another kind or shape, a run file whose samples are not all placed, and, with the first slices, where
   // the samples of a slice are not those of the source. *Collective*
-  StartFile(const std::string& path, const Extents& extents, const SampleSource& source,
-            std::vector<SliceIndex> wanted, const Communicator& communicator);
+  StartFile(const std::string& path, const Extents& extents, const SampleSource& source, std::vector<SliceIndex> wanted,
+            const Communicator& communicator);
 
   // Of a wanted slice: the id of the sample of every cell.
   const std::vector<std::uint32_t>& permutation(SliceIndex slice) const { return permutations_.at(slice); }

@@ -30,9 +30,21 @@ RunConfig config_with(const std::string& optimizer) {
       "test.toml", "", {});
 }
 
-AccuracyLadder ladder_of(const std::string& optimizer, bool background = true) {
-  return accuracy_ladder(config_with(optimizer), {background, background ? 10.0 : 1.0});
+AccuracyLadder ladder_of(const std::string& optimizer, bool background = true, bool scalar = false, int runs = 1) {
+  return accuracy_ladder(config_with(optimizer),
+                         {.scalar = scalar, .background = background, .exact_cost = background ? 10.0 : 1.0}, runs);
 }
+
+std::vector<std::string> names_of(const std::vector<AccuracyPoint>& points) {
+  std::vector<std::string> names;
+  for (const AccuracyPoint& point : points) names.push_back(point_name(point));
+  return names;
+}
+
+const std::string order_config =
+    "[texture]\nsize = { x = 8, y = 8, t = 4 }\n[filter]\ncombine = \"sum\"\n"
+    "groups = [ { axes = \"xy\", kernel = \"gauss-energy\" }, { axes = \"t\", kernel = \"gauss-energy\" } ]\n"
+    "[optimizer]\nmethod = \"void-and-cluster\"\n";
 
 std::vector<std::int64_t> iterations_of(const AccuracyLadder& ladder, Method method) {
   std::vector<std::int64_t> counts;
@@ -46,10 +58,6 @@ std::vector<std::string> values_of(const AccuracyLadder& ladder, const std::stri
   for (const AccuracyKnob& knob : ladder.knobs)
     if (knob.setting == setting) values.push_back(knob.value);
   return values;
-}
-
-const AccuracyPoint& default_of(const AccuracyLadder& ladder) {
-  return *std::find_if(ladder.lines.begin(), ladder.lines.end(), [](const auto& point) { return point.is_default; });
 }
 
 // What a run takes on an imagined machine.
@@ -76,7 +84,7 @@ TEST(AccuracyLadder, RisesOnBothLinesWithTheDefaultAmongThem) {
   EXPECT_THAT(iterations_of(ladder, Method::anneal),
               ElementsAre(25, 50, 100, 200, 400, 800, 1000, 1600, 3200, 6400, 12800, 25600));
   EXPECT_THAT(iterations_of(ladder, Method::fast), ElementsAre(10, 30, 100, 300, 1000, 3000, 10000));
-  EXPECT_EQ(default_of(ladder).iterations, 1000);
+  EXPECT_EQ(ladder.default_point().iterations, 1000);
   EXPECT_EQ(std::count_if(ladder.lines.begin(), ladder.lines.end(), [](const auto& p) { return p.is_default; }), 1);
   EXPECT_THAT(iterations_of(ladder_of("stop = { iterations = 200 }\n"), Method::anneal),
               ElementsAre(25, 50, 100, 200, 400, 800, 1600, 3200, 6400, 12800, 25600));
@@ -90,6 +98,39 @@ TEST(AccuracyLadder, ChangesEachSettingAwayFromTheConfigs) {
   EXPECT_THAT(values_of(ladder_of("", false), "background_features"), IsEmpty());
   EXPECT_THAT(values_of(ladder_of("precision = \"double\"\n"), "precision"), ElementsAre("float"));
   EXPECT_EQ(ladder_of("method = \"fast\"\n", false).method, Method::fast);
+}
+
+TEST(AccuracyLadder, ComparesMethodsThatMakeTheSameKindOfTexture) {
+  // Construction is one point, and is tried as soon as there is time.
+  const AccuracyLadder anneal = ladder_of("stop = { iterations = 1000 }\n", true, true);
+  EXPECT_THAT(names_of(anneal.lines), AllOf(Contains("construct"), Contains("anneal-25"), Contains("fast-10")));
+  std::vector<TimedPoint> done;
+  climb(anneal, 3, 1e-3, done);
+  EXPECT_TRUE(
+      std::any_of(done.begin(), done.end(), [](const auto& run) { return point_name(run.point) == "construct"; }));
+  EXPECT_THAT(names_of(ladder_of("", true, false).lines), Not(Contains("construct")));
+  // A config of construction has no iterations of its own and no settings of swaps.
+  const AccuracyLadder construct = ladder_of("method = \"construct\"\n", true, true);
+  EXPECT_EQ(point_name(construct.default_point()), "default");
+  EXPECT_THAT(names_of(construct.lines),
+              AllOf(Contains("anneal-1600"), Contains("fast-300"), Not(Contains("construct"))));
+  EXPECT_THAT(construct.knobs, IsEmpty());
+  done.clear();
+  EXPECT_THAT(climb(construct, 1e9, 1e-3, done).left_out, IsEmpty());
+  EXPECT_TRUE(done.front().point.is_default);
+}
+
+TEST(AccuracyLadder, ComparesAMaskWithOthersThatWrapAround) {
+  const AccuracyLadder mask = accuracy_ladder(parse_config(order_config, "m.toml", "", {}), {.scalar = true});
+  EXPECT_EQ(mask.default_point().method, Method::void_and_cluster);
+  EXPECT_THAT(names_of(mask.lines), AllOf(Contains("anneal-25"), Contains("fast-10"), Contains("construct")));
+  const AccuracyLadder bounded =
+      accuracy_ladder(parse_config(order_config + "bounded = \"t\"\n", "m.toml", "", {}), {.scalar = true});
+  EXPECT_THAT(names_of(bounded.lines), ElementsAre("default"));
+  std::vector<TimedPoint> done;
+  const LadderStep end = climb(bounded, 100, 1e-3, done);
+  EXPECT_EQ(end.left_out.size(), 3U);
+  EXPECT_THAT(end.left_out, testing::Each(testing::Field(&LeftOut::reason, HasSubstr("wrap around"))));
 }
 
 TEST(AccuracyLadder, NamesEveryPointDifferently) {
@@ -116,6 +157,7 @@ TEST(AccuracyPrediction, FollowsTheLineThroughStartUpAndIterations) {
   EXPECT_DOUBLE_EQ(*predicted_seconds(ladder, point(200), flat), 13 + 0.04 * 100);
   // The other method says nothing of it, and a knob costs what it is said to.
   EXPECT_EQ(predicted_seconds(ladder, {Method::fast, "iterations", "30", 30, false}, done), std::nullopt);
+  EXPECT_EQ(predicted_seconds(ladder, {Method::construct, "method", "construct", 0, false}, done), std::nullopt);
   EXPECT_DOUBLE_EQ(*predicted_seconds(ladder, {Method::anneal, "background_features", "0", 50, false}, done), 10 * 51);
 }
 
@@ -192,9 +234,18 @@ TEST(AccuracyBudget, EndsTheOtherMethodsLineWhenItGetsWorseTwice) {
   EXPECT_THAT(end.left_out, Not(IsEmpty()));
 }
 
+TEST(AccuracyPrediction, CountsEveryRunOfAPoint) {
+  const AccuracyLadder ladder = ladder_of("stop = { time = \"10s\" }\n", true, false, 3);
+  EXPECT_DOUBLE_EQ(*predicted_seconds(ladder, ladder.default_point(), {}), 3 * 11.0);
+}
+
 AccuracyRow row(Method method, std::int64_t n, double seconds, double r) {
-  AccuracyRow result{
-      {method, "iterations", std::to_string(n), n, false}, n, 7, 2, seconds, r, r * 1.01, r * 1.0001, ""};
+  AccuracyRow result;
+  result.point = {method, "iterations", std::to_string(n), n, false};
+  result.iterations = n;
+  result.seed = 7;
+  result.threads = 2;
+  result.add({seconds, r, r * 1.01, r * 1.0001});
   result.command = "noiseloom generate \"my, config\".toml --set 'optimizer.stop.iterations=" + std::to_string(n) + "'";
   return result;
 }
@@ -219,11 +270,31 @@ TEST(AccuracyTable, FrontHoldsWhatNothingBeats) {
   EXPECT_THAT(pareto_front({}), IsEmpty());
 }
 
+TEST(AccuracyTable, APointIsTheMeanOfItsRuns) {
+  AccuracyRow point = row(Method::anneal, 25, 1, 0.4);
+  EXPECT_EQ(error_with_spread(point), "0.4000");
+  point.add({4, 0.3, 0.31, 0.32});
+  point.add({1, 0.35, 0.35, std::nullopt});
+  EXPECT_EQ(point.runs, 3);
+  EXPECT_DOUBLE_EQ(point.seconds, 2);
+  EXPECT_DOUBLE_EQ(point.relative_error, 0.35);
+  EXPECT_EQ(point.least_error, 0.3);
+  EXPECT_EQ(point.largest_error, 0.4);
+  EXPECT_DOUBLE_EQ(*point.r_8bit, (0.404 + 0.31 + 0.35) / 3);
+  EXPECT_EQ(point.r_16bit, std::nullopt);
+  EXPECT_EQ(error_with_spread(point), "0.3500 (0.3000 to 0.4000)");
+  EXPECT_EQ(timed({point}, 5).front().seconds, 10);
+}
+
 TEST(AccuracyTable, ReadsBackWhatItWrites) {
-  const std::vector<AccuracyRow> rows = some_rows();
+  std::vector<AccuracyRow> rows = some_rows();
+  rows[0].add({1, 0.25, 0.26, 0.26});
+  rows.push_back(row(Method::construct, 0, 0.5, 0.3));
+  rows.back().point = {Method::construct, "method", "construct", 0, false};
   const std::string text = accuracy_csv(rows);
-  EXPECT_THAT(text, testing::StartsWith("method,setting,value,iterations,seed,threads,seconds,R,R_8_bit,R_16_bit,"
-                                        "default,pareto,command\nanneal,iterations,25,25,7,2,1,0.4,"));
+  EXPECT_THAT(text,
+              testing::StartsWith("method,setting,value,iterations,seed,runs,threads,seconds,R,R_least,R_most,R_8_bit,"
+                                  "R_16_bit,default,pareto,command\nanneal,iterations,25,25,7,2,2,1,0.325,0.25,0.4,"));
   EXPECT_THAT(text, HasSubstr("\"noiseloom generate \"\"my, config\"\".toml"));
   const std::vector<AccuracyRow> again = parse_accuracy_csv(text, "a.csv");
   ASSERT_EQ(again.size(), rows.size());
@@ -231,6 +302,9 @@ TEST(AccuracyTable, ReadsBackWhatItWrites) {
     EXPECT_EQ(again[i].point, rows[i].point);
     EXPECT_EQ(again[i].command, rows[i].command);
     EXPECT_EQ(again[i].relative_error, rows[i].relative_error);
+    EXPECT_EQ(again[i].least_error, rows[i].least_error);
+    EXPECT_EQ(again[i].largest_error, rows[i].largest_error);
+    EXPECT_EQ(again[i].runs, rows[i].runs);
     EXPECT_EQ(again[i].r_8bit, rows[i].r_8bit);
   }
   EXPECT_EQ(accuracy_csv(again), text);
@@ -272,13 +346,42 @@ TEST(AccuracySentences, AreHonestAboutTheDefault) {
   rows[1].relative_error = 0.19;  // now the best of all
   EXPECT_THAT(accuracy_sentences(rows), Contains(HasSubstr("The default (anneal, 50 iterations) is the best")));
   rows = some_rows();
-  rows[1].relative_error = 0.45;
+  rows[1].relative_error = rows[1].least_error = rows[1].largest_error = 0.45;
   EXPECT_THAT(accuracy_sentences(rows), Contains(HasSubstr("The default is not the best use of its time: anneal, 25")));
+  rows[1].least_error = 0.35;  // one of its seeds was as good
+  EXPECT_THAT(accuracy_sentences(rows), Contains(HasSubstr("Nothing that was measured is clearly both")));
+  rows[1].least_error = 0.45;
   rows[0].iterations = 60;  // more of the same, which a noisy clock calls shorter
   EXPECT_THAT(accuracy_sentences(rows), Contains(HasSubstr("Nothing that was measured is clearly both")));
   rows[1].point = {Method::anneal, "iterations", "50", 50, false};
   EXPECT_THAT(accuracy_sentences(rows), Contains(HasSubstr("The default did not run")));
   EXPECT_THAT(accuracy_sentences({rows[0]}), Not(IsEmpty()));
+}
+
+TEST(AccuracySentences, CompareAMethodWithoutIterations) {
+  std::vector<AccuracyRow> rows = some_rows();
+  rows.push_back(row(Method::construct, 0, 0.5, 0.3));
+  EXPECT_THAT(accuracy_sentences(rows),
+              Contains("construct has R = 0.3000 after 0.50 s; anneal has R = 0.2100 after 2.00 s."));
+  rows.back() = row(Method::construct, 0, 0.5, 0.1);
+  EXPECT_THAT(accuracy_sentences(rows),
+              Contains("construct has R = 0.1000 after 0.50 s; no run of anneal comes as low."));
+}
+
+TEST(AccuracyPage, ShowsHowFarSeedsSpread) {
+  AccuracyStudy study{"my.toml", config_with(""), some_rows(), {}, 60, 20, "Complete"};
+  const auto uprights = [&] {
+    const std::string page = accuracy_html(study);
+    int count = 0;
+    for (std::size_t at = 0; (at = page.find("<line class='nl-main'", at)) != std::string::npos; ++at) ++count;
+    return count;
+  };
+  const int others = uprights();  // of the legend
+  study.rows[0].add({1, 0.3, 0.3, 0.3});
+  EXPECT_EQ(uprights(), others + 1);
+  const std::string page = accuracy_html(study);
+  EXPECT_THAT(page, AllOf(HasSubstr("anneal, 25 iterations: R 0.3500 (0.3000 to 0.4000)"), HasSubstr("2 of each point"),
+                          HasSubstr("texture.seed=2")));
 }
 
 TEST(AccuracyPage, ShowsEveryPointAndNeedsNothingElse) {
@@ -313,15 +416,43 @@ TEST(AccuracyCommand, ChangesTheMethodOfAConfigWithKeysOfItsOwn) {
   options.folder = "out";
   options.overrides = {"texture.seed=5"};
   const RunConfig config = load_config(path, options.overrides);
-  const AccuracyLadder ladder = accuracy_ladder(config, {});
+  AccuracyLadder ladder = accuracy_ladder(config, {.scalar = true});
   const PointCommands commands(options, config);
   commands.check(ladder);
   const PointCommand fast = commands.command({Method::fast, "iterations", "30", 30, false});
   EXPECT_EQ(fast.shown, "noiseloom generate " + path +
                             " --set texture.seed=5 --set 'optimizer={ method = \"fast\", stop = { iterations = 30 }, "
                             "precision = \"float\", cutoff = 0.01 }' -o out/runs/fast-30.h5 --progress none");
-  EXPECT_EQ(commands.command(default_of(ladder)).shown,
+  EXPECT_EQ(commands.command(ladder.default_point()).shown,
             "noiseloom generate " + path + " --set texture.seed=5 -o out/runs/default.h5 --progress none");
+  EXPECT_EQ(commands.command({Method::anneal, "iterations", "50", 50, false}, 2).shown,
+            "noiseloom generate " + path +
+                " --set texture.seed=5 --set optimizer.method=anneal --set "
+                "optimizer.stop.iterations=50 --set texture.seed=7 -o out/runs/anneal-50-seed-7.h5 --progress none");
+  EXPECT_THAT(commands.command({Method::construct, "method", "construct", 0, false}).shown,
+              HasSubstr(" --set 'optimizer={ method = \"construct\" }' -o out/runs/construct.h5 "));
+}
+
+TEST(AccuracyCommand, LeavesOutMethodsThatTheConfigCannotHave) {
+  const TemporaryFolder folder;
+  AccuracyOptions options;
+  options.config = folder / "c.toml";
+  options.folder = "out";
+  const auto checked = [&](const std::string& text) {
+    write_bytes(options.config, text);
+    const RunConfig config = load_config(options.config, {});
+    AccuracyLadder ladder = accuracy_ladder(config, {.scalar = true});
+    PointCommands(options, config).check(ladder);
+    return ladder;
+  };
+  const std::string plane =
+      "[texture]\nsize = { x = 8, y = 8 }\n[filter]\ngroups = [ { axes = \"xy\", kernel = \"box\", size = 3 } ]\n";
+  EXPECT_THAT(checked(plane).incomparable, IsEmpty());
+  EXPECT_THAT(checked(order_config).incomparable, IsEmpty());
+  const AccuracyLadder stbn = checked(plane + "[energy]\nvalue_kernel = \"stbn\"\n");
+  EXPECT_THAT(names_of(stbn.lines), AllOf(Contains("anneal-25"), Not(Contains("construct"))));
+  ASSERT_EQ(stbn.incomparable.size(), 1U);
+  EXPECT_THAT(stbn.incomparable.front().reason, HasSubstr("energy.value_kernel"));
 }
 
 TEST(AccuracyScore, StoresInBitsAsImagesDo) {

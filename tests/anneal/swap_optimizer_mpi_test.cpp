@@ -237,6 +237,24 @@ double error_found_afresh(SwapOptimizer& optimizer, const Case& job, const Sampl
   return other.relative_error();
 }
 
+// A run that must end in time has to know how long its last score takes, also where it is taken up again.
+TEST(SwapOptimizer, KnowsWhatItsLastScoreTakesWhereTheClockEndsIt) {
+  const Communicator alone = Communicator::self();
+  ThreadPool pool(1);
+  Case job = cases().front();
+  job.optimizer.stop = {.iterations = 0, .time_s = 1000};
+  const SampleSource source = source_of(job.problem);
+  SwapOptimizer begun(job.problem, job.optimizer, source, alone, pool);
+  begun.start();
+  EXPECT_TRUE(begun.scores_within(1000));
+  begun.step(1);
+  SwapOptimizer resumed(job.problem, job.optimizer, source, alone, pool);
+  resumed.restore(begun.state(), [&](SliceIndex slice) { return begun.permutation(slice); });
+  EXPECT_TRUE(resumed.scores_within(1000));
+  EXPECT_TRUE(resumed.last_score_is_current());
+  EXPECT_EQ(resumed.last_score(), begun.relative_error());
+}
+
 // R is evaluated again whenever somebody looks, seconds apart; what is shown is R of a moment, and says of which. The
 // history and the texture do not depend on it.
 TEST(SwapOptimizer, ShowsNothingButR) {

@@ -25,6 +25,7 @@ EMA = '{ axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.1 }'
 # Long enough that a visit makes many swaps; with features, short enough to come to the end, which has the most of them.
 def swaps(size, samples, *groups, combine="product", method="anneal", iterations=None, extra=""):
     iterations = iterations or (48 if EMA in groups and combine == "product" else 2000)
+    stop = "" if method == "construct" else f"stop = {{ iterations = {iterations} }}"
     return f"""
 [texture]
 size    = {{ {size} }}
@@ -34,7 +35,7 @@ combine = "{combine}"
 groups  = [ {", ".join(groups or (GAUSS,))} ]
 [optimizer]
 method = "{method}"
-stop = {{ iterations = {iterations} }}
+{stop}
 {extra}"""
 
 
@@ -82,6 +83,11 @@ CASES = {
     "fast": (swaps("x = 1024, y = 1024", '"uniform"', method="fast"), 1, 2),
     "wide gauss": (swaps("x = 512, y = 512", '"uniform"', '{ axes = "xy", kernel = "gauss", sigma = 40 }'), 1, 1),
     "wide energy": (swaps("x = 1024, y = 1024", '"uniform"', blue("xy", 60)), 1, 1),
+    "construct plane": (swaps("x = 2048, y = 2048", '"uniform"', method="construct"), 1, 1),
+    "construct product": (swaps("x = 128, y = 128, t = 256", '"uniform"', GAUSS, EMA, method="construct"), 1, 2),
+    "construct product, 4 ranks": (swaps("x = 128, y = 128, t = 256", '"uniform"', GAUSS, EMA, method="construct"), 4, 1),
+    "construct tent": (swaps("x = 1024, y = 1024", '"tent"', method="construct"), 1, 1),
+    "construct sum": (swaps("x = 128, y = 128, t = 128", '"uniform"', GAUSS, EMA, combine="sum", method="construct"), 1, 1),
     "order plane": (order("x = 2048, y = 2048", blue("xy")), 1, 1),
     "order plane, 4 threads": (order("x = 2048, y = 2048", blue("xy")), 1, 4),
     "order slices": (order("x = 128, y = 128, t = 128", blue("xy"), blue("t")), 1, 2),
@@ -152,7 +158,8 @@ def main():
                 capture_output=True, text=True)
             figures = json.loads(planned.stdout) if planned.returncode == 0 else {}
             planned_mib = figures.get("memory", {}).get("rank_bytes", 0) / 2**20
-            limit = () if "iterations = 48" in config else ("--time-limit", "1s")
+            # Construction scores at its end.
+            limit = () if "iterations = 48" in config or '"construct"' in config else ("--time-limit", "1s")
             peak = peak_mib(program, folder, ranks, threads, *limit)
             resumed = peak_mib(program, folder, ranks, threads, "--resume", *limit) if arguments.resume else 0
             ratio = planned_mib / max(peak, resumed)

@@ -77,6 +77,37 @@ TEST_F(LostOutput, AnOutputRemovedByHandIsWrittenAgain) {
   EXPECT_EQ(generation(), 1);
 }
 
+// A directory opens and does not read: so may a file on a server that is away for a moment.
+TEST_F(LostOutput, AnOutputThatCannotBeReadJustNowIsNoLoss) {
+  const RunLock lock(path_, {}, quick);
+  write(0);
+  std::filesystem::rename(path_, folder_ / "aside");
+  std::filesystem::create_directory(path_);
+  try {
+    confirm_output(path_);
+    ADD_FAILURE() << "confirmed";
+  } catch (const OutputLost& error) {
+    ADD_FAILURE() << error.what();
+  } catch (const EnvironmentError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("cannot be read"));
+  }
+  std::filesystem::remove(path_);
+  std::filesystem::rename(folder_ / "aside", path_);
+  write(1);
+  EXPECT_EQ(generation(), 1);
+}
+
+TEST_F(LostOutput, WhatCouldNotBeReadAtFirstIsKnownFromTheFirstLook) {
+  std::filesystem::create_directory(path_);
+  const RunLock lock(path_, {}, quick);
+  std::filesystem::remove(path_);
+  write_bytes(path_, "seen first");
+  confirm_output(path_);
+  confirm_output(path_);
+  write_bytes(path_, "another");
+  EXPECT_THROW(confirm_output(path_), OutputLost);
+}
+
 TEST_F(LostOutput, GoingOnFromThePreviousGenerationIsNoLoss) {
   write(0);
   write(1);

@@ -125,6 +125,21 @@ TEST_F(ChangedFile, Repacked) {
   }
 }
 
+// Smaller than it was, but not cut off.
+TEST_F(ChangedFile, RepackedSmaller) {
+  if (std::system("command -v h5repack >/dev/null") != 0) GTEST_SKIP() << "needs h5repack (hdf5-tools)";
+  content_.extents = Extents({70, 50, 3, 2});
+  write_sample_file(posix_file_ops(), path_, content_);
+  const auto before = std::filesystem::file_size(path_);
+  ASSERT_EQ(
+      std::system(("h5repack -f GZIP=9 " + path_ + " " + path_ + ".new && mv " + path_ + ".new " + path_).c_str()), 0);
+  ASSERT_LT(std::filesystem::file_size(path_), before);
+  expect_readable();
+  std::filesystem::resize_file(path_, std::filesystem::file_size(path_) - 1);
+  EXPECT_THROW(RunFileReader{path_}, DamagedRunFile);
+  EXPECT_THROW(RunFileReader(path_, Changed::accepted), DamagedRunFile);
+}
+
 TEST_F(ChangedFile, ChangedSamplesAreDamage) {
   edit([](hid_t file) {
     const hid_t dataset = H5Dopen2(file, "/samples", H5P_DEFAULT);

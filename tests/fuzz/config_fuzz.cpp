@@ -7,9 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "fuzz/seeds.h"
+#include "fuzz/reader_fuzz.h"
 #include "noiseloom/config/config.h"
-#include "noiseloom/core/error.h"
 
 namespace {
 
@@ -37,7 +36,7 @@ noiseloom::RunConfig parsed(const std::string& text, const std::vector<std::stri
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  std::vector<std::string> overrides = split(std::string(reinterpret_cast<const char*>(data), size), '\x1e');
+  std::vector<std::string> overrides = split(noiseloom::fuzz::text_of(data, size), '\x1e');
   const std::string text = overrides.front();
   overrides.erase(overrides.begin());
   std::string stored;

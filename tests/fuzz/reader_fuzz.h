@@ -1,4 +1,4 @@
-// What the fuzz targets of the texture readers share: a folder for the files that are tried.
+// What the fuzz targets share: a folder for the files that are tried, and what a reader may throw.
 #pragma once
 
 #include <unistd.h>

@@ -87,7 +87,7 @@ TEST(ExportNames, RefusesNamesThatOnlyLookLikePlacesForTheNumber) {
   content.datasets = {{"/samples", ElementType::float32, 1, true}};
   const RunConfig config = small_config("uniform", "x = 5, y = 3, t = 2");
   for (const std::string name : {"a_*.png", "a_?.png", "a_%x.png", "a_{slcie}.png", "a_{}_{}.png", "%d_%d.exr",
-                                 "{}_####.tif", "{}_*.png", "a_*/b.png"}) {
+                                 "{}_####.tif", "{}_*.png", "a_*/b.png", "a_@@@@.png", "a_$F4.exr", "a_<frame>.tif"}) {
     EXPECT_THAT(user_error_of([&] { plan_export("run.h5", content, config.problem, options_into(name)); }),
                 testing::AllOf(HasSubstr(name), HasSubstr("accepted"), HasSubstr("{slice:03}"), HasSubstr("####")))
         << name;

@@ -11,7 +11,7 @@
 
 #include "support/run_files.h"
 
-#ifdef __SANITIZE_ADDRESS__
+#ifdef NOISELOOM_SANITIZE_ADDRESS
 // OpenImageIO 2.4 loses the text of libpng's error when a PNG is cut short.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() { return "leak:libOpenImageIO"; }

@@ -230,6 +230,10 @@ TEST(LoadTexture, GuessesSizeAndChannelsWithoutAConfig) {
 TEST(LoadTexture, RefusesFilesThatAreNotThereOrNotRunFiles) {
   const TemporaryFolder folder;
   EXPECT_THAT(user_error_of([&] { load_texture(folder / "none.png", std::nullopt); }), HasSubstr("no such file"));
+  for (const std::string place : {"%3d", "$F3", "@@@", "<frame>", "{0}", "{000..004}"})  // as other programs write it
+    EXPECT_THAT(user_error_of([&] { load_texture(folder / ("none_" + place + ".png"), std::nullopt); }),
+                AllOf(HasSubstr("no such file"), HasSubstr("\"" + place + "\" is no place for the number of a slice"),
+                      HasSubstr("{slice:03}, {}, %d, %03d, %i, ####")));
   write_bytes(folder / "bad.h5", "nothing of the kind");
   EXPECT_THAT(user_error_of([&] { load_texture(folder / "bad.h5", std::nullopt); }), HasSubstr("not a run file"));
 }

@@ -52,7 +52,8 @@ TEST(Layout, AnAtlasMayHavePlacesLeft) {
   write_codes(folder / "atlas.png", 15, 6, 1,
               [](int x, int y, int) { return tile_code(x % 5, y % 3, x / 5 + 3 * (y / 3)); });
   const RunConfig config = small_config("uniform", "x = 5, y = 3, t = 5");
-  EXPECT_NE(error_of(folder / "atlas.png", config), "");
+  EXPECT_THAT(error_of(folder / "atlas.png", config),
+              AllOf(HasSubstr("the first 5 of 6 cells"), HasSubstr("--layout atlas:3x2")));
   expect_tiles(load_texture(folder / "atlas.png", config, {.layout = "atlas:3x2"}).texture);
 }
 

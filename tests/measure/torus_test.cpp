@@ -10,34 +10,34 @@ namespace {
 
 TEST(Torus, AShiftChangesNoSpectrum) {
   const VacSpec spec = testing_support::vac_spec({24, 20, 12}, {{0, 1}, {2}});
-  const std::vector<std::uint64_t> ranks = mask_places(spec);
-  std::vector<std::uint64_t> moved(ranks.size());
-  for (std::uint64_t p = 0; p < ranks.size(); ++p)
-    moved[testing_support::shifted(spec.extents, p, {7, 19, 5})] = ranks[p];
+  const std::vector<std::uint64_t> places = mask_places(spec);
+  std::vector<std::uint64_t> moved(places.size());
+  for (std::uint64_t p = 0; p < places.size(); ++p)
+    moved[testing_support::shifted(spec.extents, p, {7, 19, 5})] = places[p];
   const auto spectra = [&](const std::vector<std::uint64_t>& of) {
     return spectral_quality(mask_texture(spec.extents, of), DistanceKind::absolute, nullptr);
   };
-  const SpectralQuality before = spectra(ranks);
+  const SpectralQuality before = spectra(places);
   const SpectralQuality after = spectra(moved);
   ASSERT_EQ(before.groups.size(), 2U);
   for (std::size_t g = 0; g < 2; ++g)
     for (std::size_t i = 0; i < before.groups[g].spectrum.power.size(); ++i)
       ASSERT_NEAR(after.groups[g].spectrum.power[i], before.groups[g].spectrum.power[i], 1e-12);
   // Turned around inside the slices alone, the mask is another one over time.
-  for (std::uint64_t p = 0; p < ranks.size(); ++p)
-    moved[p] = p / 480 % 2 == 0 ? ranks[p] : ranks[p / 480 * 480 + 479 - p % 480];
+  for (std::uint64_t p = 0; p < places.size(); ++p)
+    moved[p] = p / 480 % 2 == 0 ? places[p] : places[p / 480 * 480 + 479 - p % 480];
   EXPECT_GT(std::abs(spectra(moved).groups[1].first_bins[0] - before.groups[1].first_bins[0]), 1e-3);
 }
 
 // The values of a mask in layers across one axis.
 class Layers {
  public:
-  Layers(const Extents& extents, const std::vector<std::uint64_t>& ranks, int axis)
+  Layers(const Extents& extents, const std::vector<std::uint64_t>& places, int axis)
       : layers_(static_cast<std::size_t>(extents.size(axis))) {
     std::size_t stride = 1;
     for (int a = 0; a < axis; ++a) stride *= static_cast<std::size_t>(extents.size(a));
-    for (std::size_t p = 0; p < ranks.size(); ++p)
-      layers_[p / stride % layers_.size()].push_back(static_cast<double>(ranks[p]));
+    for (std::size_t p = 0; p < places.size(); ++p)
+      layers_[p / stride % layers_.size()].push_back(static_cast<double>(places[p]));
   }
   std::size_t count() const { return layers_.size(); }
   // Pearson's correlation of the pixels of two layers that face each other. Each layer's own mean is taken away: at an
@@ -91,9 +91,9 @@ const std::vector<std::int64_t> sizes = {64, 64, 32};
 TEST(Torus, NeighboursAcrossTheSeamAreAsThoseInside) {
   if (testing_support::under_sanitizers) GTEST_SKIP() << "131072 pixels take ten seconds under sanitizers";
   const VacSpec spec = testing_support::vac_spec(sizes, {{0, 1}, {2}});
-  const std::vector<std::uint64_t> ranks = mask_places(spec);
+  const std::vector<std::uint64_t> places = mask_places(spec);
   for (int axis = 0; axis < 3; ++axis) {
-    const Layers layers(spec.extents, ranks, axis);
+    const Layers layers(spec.extents, places, axis);
     for (const std::size_t lag : {std::size_t{1}, std::size_t{2}, std::size_t{3}}) {
       const Moments usual = inside(layers, lag);
       for (std::size_t i = layers.count() - lag; i < layers.count(); ++i)
@@ -110,9 +110,9 @@ TEST(Torus, TheSeamOfABoundedAxisIsFree) {
     VacSpec spec = testing_support::vac_spec(sizes, {{0, 1}, {2}});
     spec.toroidal = {true, true, true};
     spec.toroidal[static_cast<std::size_t>(bounded)] = false;
-    const std::vector<std::uint64_t> ranks = mask_places(spec);
+    const std::vector<std::uint64_t> places = mask_places(spec);
     for (int axis = 0; axis < 3; ++axis) {
-      const Layers layers(spec.extents, ranks, axis);
+      const Layers layers(spec.extents, places, axis);
       const std::size_t last = layers.count() - 1;
       const Moments usual = inside(layers, 1);
       const double across = layers.correlation(last, last + 1);

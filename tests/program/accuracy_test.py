@@ -34,7 +34,8 @@ class Accuracy(ProgramTest):
 
     def wait_for_points(self, number, *arguments):
         """Starts it and returns the process once so many more points are in the table."""
-        process = subprocess.Popen(self.command("accuracy", "run.toml", "-o", "out", "--budget", "10m", *arguments),
+        seeds = () if "--seeds" in arguments else ("--seeds", "1")
+        process = subprocess.Popen(self.command("accuracy", "run.toml", "-o", "out", "--budget", "10m", *seeds, *arguments),
                                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=self.folder)
         seen = 0
         for line in process.stdout:
@@ -61,7 +62,7 @@ class Accuracy(ProgramTest):
         self.assertNotIn("<script", page)
         version = self.run_program("--version").stdout.split()[-1]
         self.assertIn(f"noiseloom {version}", page)
-        self.assertIn("noiseloom accuracy run.toml -o out --budget 10m --keep --threads 1", page)
+        self.assertIn("noiseloom accuracy run.toml -o out --budget 10m --seeds 1 --keep --threads 1", page)
         self.assertNotIn("http", page.replace("http://www.w3.org/2000/svg", ""))
         names = [p.name for p in (self.folder / "out" / "runs").iterdir()]
         self.assertEqual(len(names), len(rows))
@@ -98,6 +99,49 @@ class Accuracy(ProgramTest):
         self.assertEqual(self.rows(), before)
         self.assertIn("25600", (self.folder / "out" / "report.html").read_text())
 
+    def test_every_point_is_the_mean_of_its_seeds(self):
+        self.config.write_text(CONFIG.replace("vector2", "uniform"))
+        process = self.wait_for_points(1, "--seeds", "2", "--keep")
+        process.send_signal(signal.SIGTERM)
+        self.end(process)
+        row = self.rows()[0]
+        self.assertEqual((row["seed"], row["runs"]), ("1", "2"))
+        runs = []
+        for seed in ("1", "2"):
+            command = row["command"].split()
+            command[command.index("-o") + 1] = f"{seed}.h5"
+            self.run_program(*command[1:], "--set", f"texture.seed={seed}")
+            runs.append(json.loads(self.run_program("score", f"{seed}.h5", "--json").stdout)["relative_error"])
+        self.assertNotEqual(*runs)
+        for column, value in (("R", sum(runs) / 2), ("R_least", min(runs)), ("R_most", max(runs))):
+            self.assertAlmostEqual(float(row[column]), value, places=9, msg=column)
+        # More seeds are added to what is there.
+        process = self.wait_for_points(1, "--seeds", "3", "--resume")
+        process.send_signal(signal.SIGTERM)
+        self.end(process)
+        more = self.rows()[0]
+        self.assertEqual(more["runs"], "3")
+        self.assertLessEqual(float(more["R_least"]), min(runs))
+        self.assertGreaterEqual(float(more["R_most"]), max(runs))
+
+    def test_a_mask_is_compared_with_construction_and_annealing(self):
+        self.config.write_text("""[texture]
+size = { x = 16, y = 16 }
+[filter]
+groups = [ { axes = "xy", kernel = "gauss-energy" } ]
+[optimizer]
+method = "void-and-cluster"
+""")
+        process = self.wait_for_points(4)
+        process.send_signal(signal.SIGTERM)
+        self.end(process)
+        rows = self.rows()
+        self.assertEqual(rows[0]["method"], "void-and-cluster")
+        self.assertEqual({row["method"] for row in rows}, {"void-and-cluster", "anneal", "fast", "construct"})
+        for row in rows:
+            self.assertLess(0, float(row["R"]))
+        self.assertIn("void-and-cluster has R = ", (self.folder / "out" / "report.html").read_text())
+
     def test_killed_between_two_points(self):
         process = self.wait_for_points(1)
         process.kill()
@@ -110,7 +154,7 @@ class Accuracy(ProgramTest):
         self.end(process)
         self.assertEqual(process.returncode, 75)
         after = self.rows()
-        key = ("method", "setting", "value", "iterations", "seed", "seconds", "R", "command")
+        key = ("method", "setting", "value", "iterations", "seed", "runs", "seconds", "R", "command")
         self.assertGreater(len(after), len(before))
         for old, new in zip(before, after):
             self.assertEqual([old[k] for k in key], [new[k] for k in key])
@@ -136,7 +180,7 @@ class Accuracy(ProgramTest):
         text = table.read_text()
         table.write_text(text + "anneal,iterat")
         self.assertIn("accuracy.csv:", self.accuracy("--resume", expect=2).stderr)
-        line = "anneal,iterations,26,26,1,2,0.5,0.5,0.5,0.5,no,no,noiseloom\n"
+        line = "anneal,iterations,26,26,1,1,2,0.5,0.5,0.5,0.5,0.5,0.5,no,no,noiseloom\n"
         table.write_text(text.splitlines()[0] + "\n" + line)
         self.assertIn("26 iterations", self.accuracy("--resume", expect=2).stderr)
         self.assertEqual(table.read_text().splitlines()[1] + "\n", line)
@@ -145,13 +189,15 @@ class Accuracy(ProgramTest):
 
     def test_all_faults_at_once_and_nothing_started(self):
         self.config.write_text(CONFIG.replace("t = 4", "t = 0").replace("size = 3", "size = -3"))
-        done = self.accuracy("--budget", "soon", "--threads", "none", "--resume", "--overwrite", expect=2)
-        for words in ("--budget soon", "--threads none", "exclude", "run.toml:2", "run.toml:6", "5 errors"):
+        done = self.accuracy("--budget", "soon", "--threads", "none", "--seeds", "0", "--resume", "--overwrite", expect=2)
+        for words in ("--budget soon", "--threads none", "--seeds 0", "exclude", "run.toml:2", "run.toml:6", "6 errors"):
             self.assertIn(words, done.stderr)
         self.assertFalse((self.folder / "out").exists())
-        self.config.write_text(CONFIG + 'method = "void-and-cluster"\n')
-        self.assertIn("void-and-cluster", self.accuracy(expect=2).stderr)
-        self.assertFalse((self.folder / "out").exists())
+        for folder, words in (("-", "cannot go to standard output"), ("", "empty"), ("a.html", "the folder's name")):
+            done = self.run_program("accuracy", "run.toml", "-o", folder, expect=2)
+            self.assertIn(words, done.stderr)
+            self.assertIn("run.toml:2", done.stderr)
+        self.assertEqual([p.name for p in self.folder.iterdir()], ["run.toml"])
 
     def test_output_that_cannot_be_or_is_something_else(self):
         self.run_program("accuracy", "run.toml", "-o", "/sys/out", expect=1)

@@ -111,6 +111,14 @@ class BadInput(ProgramTest):
             self.assertIn(option[0], done.stderr)
         self.assertFalse((self.folder / "x.h5").exists())
 
+    def test_unknown_options_of_commands_that_look_at_files(self):
+        for command, word, meant in (("score", "--thread", "--threads"), ("score", "--jsn", "--json"), ("analyze", "--ouput", "--output"),
+                                     ("export", "--laoyut", "--layout"), ("accuracy", "--bugdet", "--budget")):
+            stderr = self.run_program(command, "a.h5", "-o", "b", word, "2", expect=2).stderr
+            self.assertIn(f"{word}: unknown option; did you mean {meant}?", stderr)
+            self.assertIn(f"see noiseloom {command} --help", stderr)
+        self.assertIn("noiseloom score --help", self.run_program("score", expect=2).stderr)
+
     def test_one_message_under_mpi(self):
         config = self.write("bad.toml", GOOD.replace("t = 3", "t = 0"))
         done = self.run_program("generate", config, "-o", "x.h5", ranks=3, expect=2)

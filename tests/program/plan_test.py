@@ -50,6 +50,23 @@ class Plan(ProgramTest):
         self.assertAlmostEqual(time["seconds"],
                                sum(time[part] for part in ("start", "moves", "scores", "exchange", "saves")))
 
+    def test_negative_taps_are_mentioned_whatever_the_method(self):
+        numpy.save(self.folder / "taps.npy", numpy.array([[0, -0.1, 0], [-0.1, 1, 0], [0, 0, 0]]))
+        for method in ("construct", "anneal"):
+            self.config.write_text(f"""[texture]
+size = {{ x = 16, y = 16 }}
+[filter]
+groups = [ {{ axes = "xy", kernel = "table", file = "taps.npy" }} ]
+[optimizer]
+method = "{method}"
+""")
+            effects = {effect["name"]: effect["why"] for effect in self.plan()["effects"]}
+            self.assertIn('"taps.npy": 2 of 9 taps are negative', effects["negative taps"])
+            self.assertIn("2 of 9 taps are negative", self.run_program("plan", self.config).stdout)
+            numpy.save(self.folder / "taps.npy", numpy.ones((3, 3)))
+            self.assertNotIn("negative", self.run_program("plan", self.config).stdout)
+            numpy.save(self.folder / "taps.npy", numpy.array([[0, -0.1, 0], [-0.1, 1, 0], [0, 0, 0]]))
+
     def test_size_of_the_run_file(self):
         self.run_program("generate", self.config, "-o", "run.h5", "--progress", "none")
         planned = self.plan()["disk"]["run_file_bytes"]

@@ -178,6 +178,15 @@ TEST(Plan, OfAnOrderCountsTheSameStartPoints) {
   EXPECT_EQ(plan_run(config, {}).phases.points, 29);
 }
 
+// tests/bench/plan_memory.py measures the same of whole runs.
+TEST(Plan, OfAConstructionHoldsItsSamplesInDoubleWhenItIsScored) {
+  const RunConfig config = config_of("x = 64, y = 32, t = 128", {gauss_xy, ema_t}, "product",
+                                     {"optimizer={method=\"construct\",sharpness=1}"});
+  const PlanMemory memory = plan_run(config, {}).most;
+  EXPECT_EQ(memory.at_score, 8.0 * 64 * 32 * 128 + 4 * 64 * 32);
+  EXPECT_EQ(memory.at_save, 12.0 * 64 * 32);
+}
+
 TEST(Plan, RefusesAllThatMakesNoSenseAtOnce) {
   try {
     plan_run(config_of("x = 8, y = 8", {gauss_xy}), {.ranks = 0, .threads = -1, .ranks_per_node = -2});

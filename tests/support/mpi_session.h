@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(NOISELOOM_SANITIZE_ADDRESS)
 #include <sanitizer/lsan_interface.h>
 #endif
 
@@ -29,7 +29,7 @@ class MpiEnvironment : public testing::Environment {
  private:
   // Open MPI itself never frees what it has at the end.
   struct LeaksOfOthers {
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(NOISELOOM_SANITIZE_ADDRESS)
     __lsan::ScopedDisabler disabler = {};
 #endif
     ~LeaksOfOthers() {}

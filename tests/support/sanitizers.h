@@ -3,14 +3,7 @@
 
 namespace noiseloom::testing_support {
 
-#if defined(__has_feature)  // clang's
-#define NOISELOOM_HAS_FEATURE(name) __has_feature(name)
-#else
-#define NOISELOOM_HAS_FEATURE(name) 0
-#endif
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || NOISELOOM_HAS_FEATURE(address_sanitizer) || \
-    NOISELOOM_HAS_FEATURE(thread_sanitizer)
+#if defined(NOISELOOM_SANITIZE_ADDRESS) || defined(NOISELOOM_SANITIZE_THREAD)
 inline constexpr bool under_sanitizers = true;
 #else
 inline constexpr bool under_sanitizers = false;

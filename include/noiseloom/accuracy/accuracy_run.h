@@ -1,8 +1,8 @@
-// The command `accuracy`: runs `noiseloom generate` for one point of the ladder after another, scores what it made and
-// keeps DIR up to date after each.
+// The command `accuracy`: runs `noiseloom generate` for one point of the ladder after another, with several seeds each,
+// scores what it made and keeps DIR up to date after each.
 //
-// Each point is a process of its own, and has to be: the seconds that are compared are those of a whole program as a
-// user starts it, a point that needs more memory than there is must not take the others with it, and MPI can be started
+// Each run is a process of its own, and has to be: the seconds that are compared are those of a whole program as a
+// user starts it, a run that needs more memory than there is must not take the others with it, and MPI can be started
 // only once in a process.
 //
 //   DIR/accuracy.csv   every point that has run (accuracy_table.h)
@@ -25,6 +25,7 @@ struct AccuracyOptions {
   std::string folder;
   std::string program = "noiseloom";  // to start; commands that are shown say `noiseloom`
   double budget_s = 300;
+  int seeds = 3;    // runs of each point: with the config's seed and those after it
   int threads = 0;  // 0: as many as there are processors
   bool resume = false;
   bool overwrite = false;

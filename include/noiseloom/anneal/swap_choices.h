@@ -26,8 +26,8 @@ TemperatureRange cold_range();
 // Where step_range is then, when that fraction of the run is over. R with 0.7 all the time: 0.04621, 0.07486, 0.08823,
 // 0.07607; with 1.3: 0.04570, 0.07500, 0.08780, 0.07608; from 0 to 2: 0.04568, 0.07480, 0.08771, 0.07599.
 double cold_step_fraction(double fraction);
-// Features are what limits R in the cold: with 16 of them swaps that seem to lower the energy raise it, and 128x128x64 of
-// gauss 1.3435 x ema stays where it is. To take a slice up with all of them costs as much as tens of iterations.
+// Features are what limits R in the cold: with 16 of them swaps that seem to lower the energy raise it, and 128x128x64
+// of gauss 1.3435 x ema stays where it is. To take a slice up with all of them costs as much as tens of iterations.
 std::int64_t cold_visit_length(const OptimizerSpec& optimizer, bool with_background);
 
 // Step size and temperature belong together: where a round is `fraction` through. Partners draw nearer as it cools.

@@ -32,7 +32,8 @@ void take_inputs(RunConfig& config, const std::vector<RunFileInput>& inputs, con
 // What the config holds of each file that it names, in the order of its keys; null where it holds nothing.
 void for_each_input(RunConfig& config, const std::function<void(InputArrayPtr&)>& visit);
 
-// What a user should know of the contents, one sentence each: taps that are negative. Filters that sharpen have such
+// What a user should know of the contents, one sentence each: taps that are negative. Tables that the config does not
+// hold are read. Filters that sharpen have such
 // taps, so they are no fault; but far more often a table has them by mistake, and R would not show it.
 std::vector<std::string> notes_on_inputs(const RunConfig& config);
 

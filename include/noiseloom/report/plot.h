@@ -15,6 +15,8 @@ struct PlotLine {
   enum class Style { main, second, third, fourth, fifth, dashed, front, points } style = Style::main;
   std::vector<std::string> names = {};  // of the points: each then has a marker that shows its name under the mouse
   std::vector<std::string> notes = {};  // short ones that stand at the points, where there is room
+  std::vector<double> low = {};         // of the points: where an upright line through each begins, along y,
+  std::vector<double> high = {};        // and ends
 };
 
 // A point that is singled out by a ring and words beside it.
