@@ -97,7 +97,8 @@ std::span<const Setting> all() {
        .type = Type::file,
        .sentence =
            "A .npy of shape [n] or [n, channels] for all slices, or with the number of slices in front; n pixels "
-           "in a slice. Read when a run begins, and kept in its run file.",
+           "in a slice; or of the texture's own shape, [slice axes..., y, x] or with the channels last. Read when a "
+           "run begins, and kept in its run file.",
        .field = [](RunConfig& c) -> Field { return &c.problem.samples.file; },
        .required = true},
       {.key = "texture.samples.distance",

@@ -15,8 +15,9 @@ PlanEffect annealing(const StopSpec& stop) {
                            : stop.time_s > 0   ? "stop.time"
                            : stop.score > 0    ? "stop.score"
                                                : "stop.improvement";
-  return {"annealing", true,
-          std::string("of what was constructed, until ") + rule + "; trials at its begin say from where in its schedule"};
+  return {
+      "annealing", true,
+      std::string("of what was constructed, until ") + rule + "; trials at its begin say from where in its schedule"};
 }
 
 }  // namespace

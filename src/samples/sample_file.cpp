@@ -50,11 +50,6 @@ Layout layout_of(const Shape& shape, std::int64_t n, std::int64_t slices, const 
   };
   const bool as_scalars = is_texture(2);
   const bool as_vectors = is_texture(3) && fits(shape.back());
-  if (as_scalars && as_vectors) {
-    throw UserError(path, fmt::format("shape {}: could be a texture of one channel or of {}; give it the dimensions "
-                                      "(slices, samples, channels)",
-                                      npy_shape_text(shape), shape.back()));
-  }
   if (as_scalars || as_vectors) return {slices == 1, as_scalars ? 1 : shape.back()};
   throw UserError(path,
                   fmt::format("shape {}: the texture has {} slices of {} cells; accepted: ({},), ({}, C), ({}, {}) "
