@@ -10,10 +10,6 @@ std::int64_t round_up(std::int64_t n, std::size_t multiple) {
   return (n + m - 1) / m * m;
 }
 
-bool same_pixel_only(const SliceTaps& slice) {
-  return slice.taps.size() == 1 && slice.taps[0].dx == 0 && slice.taps[0].dy == 0;
-}
-
 }  // namespace
 
 DeltaFields::DeltaFields(const Footprint& footprint, int channels, WindowSize window, bool with_others)
@@ -37,7 +33,7 @@ DeltaFields::DeltaFields(const Footprint& footprint, int channels, WindowSize wi
 void DeltaFields::plan_others() {
   std::vector<PlaneTap> stack;
   for (const SliceTaps& slice : footprint_.slices().subspan(1)) {
-    if (same_pixel_only(slice)) {
+    if (slice.is_of_same_pixel()) {
       stack.push_back({static_cast<std::int32_t>(stacked_.size()), 0, slice.taps[0].weight});
       stacked_.push_back(slice.offset);
     } else {

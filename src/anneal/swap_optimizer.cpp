@@ -28,7 +28,7 @@ SwapOptimizer::Impl::Impl(const ProblemSpec& p, const OptimizerSpec& o, const Sa
       members_are_coupled(o.method == Method::fast ||
                           (energy_footprint.couples_slices() && classes.front().size() > 1)),
       movers(o, energy_footprint, kernel, s, tiles.window(), t.num_threads()),
-      schedule(o.stop, visit_length(o, movers.use_features())),
+      schedule(o.stop, visit_length(o, movers.use_features(), movers.use_sieve())),
       slices(score_footprint, layout, c, t) {
   if (FloatScore::fits(score_footprint, s.distance(), layout))
     float_score.emplace(score_footprint, s.distance(), layout);
@@ -88,14 +88,13 @@ void SwapOptimizer::join_schedule(double fraction) {
 void SwapOptimizer::join_cold() {
   NOISELOOM_CHECK(impl_->state.sweep == 0 && impl_->state.step == 0);
   impl_->state.is_cold = 1;
-  impl_->make_schedule();
+  impl_->schedule = Schedule(impl_->optimizer.stop, iterations_per_sweep(true));
 }
 
-void SwapOptimizer::Impl::make_schedule() {
-  const bool features = movers.use_features();
-  const std::int64_t each =
-      state.is_cold != 0 ? cold_visit_length(optimizer, features) : visit_length(optimizer, features);
-  schedule = Schedule(optimizer.stop, each);
+std::int64_t SwapOptimizer::iterations_per_sweep(bool cold) const {
+  const bool features = impl_->movers.use_features();
+  const bool sieve = impl_->movers.use_sieve();
+  return cold ? cold_visit_length(impl_->optimizer, features, sieve) : visit_length(impl_->optimizer, features, sieve);
 }
 
 void SwapOptimizer::Impl::keep_given(const PermutationOf& permutation) {
@@ -122,7 +121,7 @@ void SwapOptimizer::Impl::score_start(double seconds) {
 
 void SwapOptimizer::restore(const SwapState& state, const PermutationOf& permutation, const PermutationOf& given) {
   impl_->state = state;
-  impl_->make_schedule();
+  impl_->schedule = Schedule(impl_->optimizer.stop, iterations_per_sweep(state.is_cold != 0));
   impl_->state.iterations = impl_->schedule.iterations_before(state.sweep);
   // Counts of the present sweep live on one rank, so that their sum stays what it was.
   if (!impl_->communicator.is_root()) impl_->state.accepted = impl_->state.candidates = 0;

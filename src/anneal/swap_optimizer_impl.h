@@ -55,7 +55,6 @@ struct SwapOptimizer::Impl {
   double mean_magnitude();
   void score_start(double seconds);
   void keep_given(const PermutationOf& permutation);
-  void make_schedule();
   Moment moment() const { return schedule.moment(state.sweep, state.elapsed_s, state.begun_s); }
 
   // class_step.cpp

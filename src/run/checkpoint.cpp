@@ -283,7 +283,7 @@ void check_against(const SwapOptimizer& engine, const SwapState& state, const St
   ContentFaults faults(path);
   faults.require(state.step < engine.num_classes(),
                  fmt::format("/state/@step = {}: a sweep has {} steps, from 0 on", state.step, engine.num_classes()));
-  const std::int64_t each = engine.iterations_per_sweep();
+  const std::int64_t each = engine.iterations_per_sweep(state.is_cold != 0);
   const auto iterations_at = [&](std::int64_t sweep) {
     return stop.iterations > 0 ? std::min(sweep * each, stop.iterations) : sweep * each;
   };
@@ -324,7 +324,12 @@ SwapState checked_state(const RunFileReader& file, const RunConfig& config, cons
   const bool moved =
       stop.iterations != now.iterations || stop.score != now.score || stop.improvement != now.improvement;
   if (moved) {
-    move_end(state, now, engine.iterations_per_sweep());
+    if (state.given_kept != 0) {
+      throw UserError(file.path(),
+                      "annealing did not improve the arrangement that it began with, so it was put back: "
+                      "there is nothing to go on from; start it afresh (another output, or --overwrite)");
+    }
+    move_end(state, now, engine.iterations_per_sweep(state.is_cold != 0));
     // The last row was there because the run ended with it.
     const bool was_end = state.finished.empty() && state.history.size() > 1 &&
                          state.history.back().sweep == static_cast<double>(state.sweep);

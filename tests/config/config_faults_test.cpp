@@ -50,10 +50,10 @@ TEST(ConfigFaults, NameUnknownKeysAtEveryLevel) {
        "score, improvement"},
       {&ConfigText::optimizer, "quux = 5",
        "run.toml:14: optimizer.quux: unknown key; accepted: method, stop, start, precision, cutoff, "
-       "background_features, temperature, density, sharpness"},
+       "background_features, sieve_features, temperature, density, sharpness"},
       {&ConfigText::optimizer, "quux = 5\nmethod = \"anneal\"",
        "run.toml:14: optimizer.quux: unknown key; accepted: method, stop, start, precision, cutoff, "
-       "background_features, temperature"},
+       "background_features, sieve_features, temperature"},
   });
 }
 

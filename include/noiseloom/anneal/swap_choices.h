@@ -28,7 +28,7 @@ TemperatureRange cold_range();
 double cold_step_fraction(double fraction);
 // Features are what limits R in the cold: with 16 of them swaps that seem to lower the energy raise it, and 128x128x64
 // of gauss 1.3435 x ema stays where it is. To take a slice up with all of them costs as much as tens of iterations.
-std::int64_t cold_visit_length(const OptimizerSpec& optimizer, bool with_background);
+std::int64_t cold_visit_length(const OptimizerSpec& optimizer, bool with_background, bool with_sieve);
 
 // Step size and temperature belong together: where a round is `fraction` through. Partners draw nearer as it cools.
 StepRange step_range(DistanceKind kind, int channels, double fraction);
@@ -48,10 +48,17 @@ std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer
                                                   const ValueKernel& kernel, const SampleSource& source, int count);
 // How many features stand for the other slices where a round is `fraction` through: as many as the config says, four
 // times as many in the last quarter, which is cold enough for what the first ones miss to count, and all that there can
-// be in the last twentieth and in the cold.
-int num_features(const OptimizerSpec& optimizer, double fraction);
+// be in the last twentieth and in the cold. With a sieve, few candidates are judged: four times as many from the start,
+// and all in the last quarter.
+int num_features(const OptimizerSpec& optimizer, double fraction, bool with_sieve);
+// Whether candidates are estimated before they are judged, from what is known of the footprint: whether a Sieve serves
+// it, and whether its taps cost so much that estimates pay.
+bool wants_sieve(const OptimizerSpec& optimizer, const ValueKernel& kernel, bool is_served, std::int64_t own_taps);
+// The features that estimates are made with; nothing where candidates are all judged.
+std::optional<FeatureMap> features_of_sieve(const OptimizerSpec& optimizer, const Footprint& footprint,
+                                            const ValueKernel& kernel, const SampleSource& source);
 // Iterations that one visit of a slice makes.
-std::int64_t visit_length(const OptimizerSpec& optimizer, bool with_background);
+std::int64_t visit_length(const OptimizerSpec& optimizer, bool with_background, bool with_sieve);
 
 // How many iterations take as long as one evaluation of R, from counts of taps: of those of R, which is found in float
 // or in double, and of those that a candidate is judged with. No measurement, so that the history is the same

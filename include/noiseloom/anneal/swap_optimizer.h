@@ -33,7 +33,9 @@ namespace noiseloom {
 // file keeps it, and a run of another number is not gone on with.
 //   2: rounds of stop.score and stop.improvement count iterations, not sweeps; few taps of the same pixel have no
 //   features
-inline constexpr std::int64_t anneal_algorithm = 2;
+//   3, anneal alone: vectors and directions are estimated before they are judged, visited for longer, and have more
+//   features between slices
+inline constexpr std::int64_t anneal_algorithm = 3;
 inline constexpr std::int64_t fast_algorithm = 2;
 
 // Of a slice: the id of the sample of every cell.
@@ -98,6 +100,7 @@ class SwapOptimizer {
   std::int64_t sweep() const;
   std::int64_t iterations() const;  // done so far
   std::int64_t iterations_per_sweep() const;
+  std::int64_t iterations_per_sweep(bool cold) const;  // of a run that keeps to the cold, or of one that does not
   Moment moment() const;
   // Whether the schedule asks for a row of the history after so many sweeps, at least 1, that are not the run's end.
   // Not for stop.time.
