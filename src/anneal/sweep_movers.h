@@ -24,8 +24,8 @@ class SweepMovers {
   bool use_features() const { return features_.has_value(); }
   // Whether candidates are estimated before they are judged; likewise.
   bool use_sieve() const { return sieve_.has_value(); }
-  // Partners that fit where the schedule is `fraction` through; that many features, where there are any.
-  void prepare(double fraction, int num_features);
+  // Partners and features that fit where a schedule is these fractions through.
+  void prepare(double steps_at, double features_at);
 
   // Visits a tile of a slice, in the thread `worker`. `heat`: the temperature, or gamma with the paper's method.
   VisitResult visit(const Visit& visit, double heat, const SliceField& field,
@@ -46,6 +46,7 @@ class SweepMovers {
   WindowSize tile_;
   int num_threads_;
   std::optional<FeatureMap> sieve_;
+  bool many_features_;
   int features_wanted_;
   std::optional<FeatureMap> features_;
   PartnerDraw partners_;

@@ -9,7 +9,8 @@
 namespace noiseloom {
 namespace {
 
-RunConfig scalars_under(const std::string& kernel, const std::string& iterations, const std::string& samples = "\"uniform\"") {
+RunConfig scalars_under(const std::string& kernel, const std::string& iterations,
+                        const std::string& samples = "\"uniform\"") {
   return parse_config("[texture]\nsize = { x = 64, y = 64 }\nsamples = " + samples +
                           "\n[filter]\ngroups = [ { axes = \"xy\", kernel = " + kernel +
                           " } ]\n[optimizer]\nmethod = \"construct\"\nstop = { iterations = " + iterations + " }\n",
