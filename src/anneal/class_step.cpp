@@ -21,9 +21,8 @@ void SwapOptimizer::Impl::begin_sweep(double seconds) {
 // there from the start.
 void SwapOptimizer::Impl::prepare_movers() {
   const double fraction = joined_fraction(state.join, moment().fraction);
-  if (state.is_cold != 0)
-    return movers.prepare(cold_step_fraction(fraction), num_features(optimizer, 1, movers.use_sieve()));
-  movers.prepare(fraction, num_features(optimizer, fraction, movers.use_sieve()));
+  const bool cold = state.is_cold != 0;
+  movers.prepare(cold ? cold_step_fraction(fraction) : fraction, cold ? 1 : fraction);
 }
 
 VisitResult SwapOptimizer::Impl::visit(SliceIndex slice, int tile, int worker) {

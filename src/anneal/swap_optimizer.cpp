@@ -94,7 +94,9 @@ void SwapOptimizer::join_cold() {
 std::int64_t SwapOptimizer::iterations_per_sweep(bool cold) const {
   const bool features = impl_->movers.use_features();
   const bool sieve = impl_->movers.use_sieve();
-  return cold ? cold_visit_length(impl_->optimizer, features, sieve) : visit_length(impl_->optimizer, features, sieve);
+  const std::int64_t cells = impl_->problem.extents.num_cells();
+  return cold ? cold_visit_length(impl_->optimizer, cells, features, sieve)
+              : visit_length(impl_->optimizer, cells, features, sieve);
 }
 
 void SwapOptimizer::Impl::keep_given(const PermutationOf& permutation) {

@@ -28,7 +28,8 @@ TemperatureRange cold_range();
 double cold_step_fraction(double fraction);
 // Features are what limits R in the cold: with 16 of them swaps that seem to lower the energy raise it, and 128x128x64
 // of gauss 1.3435 x ema stays where it is. To take a slice up with all of them costs as much as tens of iterations.
-std::int64_t cold_visit_length(const OptimizerSpec& optimizer, bool with_background, bool with_sieve);
+std::int64_t cold_visit_length(const OptimizerSpec& optimizer, std::int64_t num_cells, bool with_background,
+                               bool with_sieve);
 
 // Step size and temperature belong together: where a round is `fraction` through. Partners draw nearer as it cools.
 StepRange step_range(DistanceKind kind, int channels, double fraction);
