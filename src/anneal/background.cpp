@@ -8,17 +8,17 @@
 namespace noiseloom {
 namespace {
 
-// Slices that weigh less than this share of the own one are left out: a long ring of frames would otherwise cost in
-// proportion to its length, for far less than what the features miss. R and exact taps keep them.
-constexpr double negligible = 1e-4;
+constexpr double separable_within = 1e-6;
 
-Background::Filter make_filter(const Footprint::Factors& factors, const FieldLayout& layout) {
+}  // namespace
+
+Background::Filter make_plane_filter(std::span<const PlaneTap> taps, const FieldLayout& layout, double within) {
   const auto width = static_cast<std::size_t>(2 * layout.reach_x + 1);
   const auto height = static_cast<std::size_t>(2 * layout.reach_y + 1);
   std::vector<double> table(width * height);
   Background::Filter filter;
   // Taps beyond the reach were cut off.
-  for (const PlaneTap& tap : factors.plane) {
+  for (const PlaneTap& tap : taps) {
     if (std::abs(tap.dx) > layout.reach_x || std::abs(tap.dy) > layout.reach_y) continue;
     table[static_cast<std::size_t>(tap.dy + layout.reach_y) * width +
           static_cast<std::size_t>(tap.dx + layout.reach_x)] = tap.weight;
@@ -30,7 +30,7 @@ Background::Filter make_filter(const Footprint::Factors& factors, const FieldLay
   for (std::size_t y = 0; y < height; ++y) {
     for (std::size_t x = 0; x < width; ++x) {
       const double product = table[y * width + centre_x] * table[centre_y * width + x];
-      if (std::abs(product - table[y * width + x] * zero) > 1e-6 * zero * zero) return filter;
+      if (std::abs(product - table[y * width + x] * zero) > within * zero * zero) return filter;
     }
   }
   filter.taps.clear();
@@ -41,7 +41,32 @@ Background::Filter make_filter(const Footprint::Factors& factors, const FieldLay
   return filter;
 }
 
-}  // namespace
+std::vector<std::pair<Extents::SliceCoord, double>> weights_along(const Footprint& footprint) {
+  // Slices that weigh less than this share of the own one are left out: a long ring of frames would otherwise cost in
+  // proportion to its length, for far less than what the features miss. R and exact taps keep them.
+  constexpr double negligible = 1e-4;
+  std::vector<std::pair<Extents::SliceCoord, double>> weights;
+  const auto& along = footprint.factors()->along;
+  for (const SliceTaps& slice : footprint.slices().subspan(1)) {
+    const auto factor =
+        std::find_if(along.begin(), along.end(), [&](const auto& entry) { return entry.first == slice.offset; });
+    NOISELOOM_CHECK(factor != along.end());
+    if (std::abs(factor->second) >= negligible * std::abs(along.front().second)) weights.push_back(*factor);
+  }
+  return weights;
+}
+
+std::vector<float> padded_mixing(const FeatureMap& map, std::int64_t num_lanes) {
+  const auto lanes = static_cast<std::size_t>(num_lanes);
+  std::vector<float> mixing(lanes * lanes);
+  const auto count = static_cast<std::size_t>(map.num_features());
+  for (std::size_t m = 0; m < count; ++m) {
+    for (std::size_t n = 0; n < count; ++n) {
+      mixing[m * lanes + n] = static_cast<float>(map.mixing()[m * count + n]);
+    }
+  }
+  return mixing;
+}
 
 Background::Background(const Footprint& footprint, const FeatureMap& map, WindowSize window)
     : footprint_(footprint),
@@ -49,25 +74,12 @@ Background::Background(const Footprint& footprint, const FeatureMap& map, Window
       layout_(footprint, map.channels(), window),
       num_lanes_((map.num_features() + std::int64_t{block_lanes} - 1) / std::int64_t{block_lanes} *
                  std::int64_t{block_lanes}),
-      filter_(make_filter(*footprint.factors(), layout_)),
-      mixing_(static_cast<std::size_t>(num_lanes_ * num_lanes_)),
+      filter_(make_plane_filter(footprint.factors()->plane, layout_, separable_within)),
+      mixing_(padded_mixing(map, num_lanes_)),
       sums_(static_cast<std::size_t>(layout_.plane_size * map.num_features())),
       scratch_(sums_.size()),
       cells_(static_cast<std::size_t>(2 * num_lanes_ * layout_.width * layout_.height) / block_lanes) {
-  for (const SliceTaps& slice : footprint.slices().subspan(1)) {
-    const auto& along = footprint.factors()->along;
-    const auto factor =
-        std::find_if(along.begin(), along.end(), [&](const auto& entry) { return entry.first == slice.offset; });
-    NOISELOOM_CHECK(factor != along.end());
-    if (std::abs(factor->second) < negligible * std::abs(along.front().second)) continue;
-    along_.emplace_back(slice.offset, static_cast<float>(factor->second));
-  }
-  const auto count = static_cast<std::size_t>(map.num_features());
-  for (std::size_t m = 0; m < count; ++m) {
-    for (std::size_t n = 0; n < count; ++n) {
-      mixing_[m * static_cast<std::size_t>(num_lanes_) + n] = static_cast<float>(map.mixing()[m * count + n]);
-    }
-  }
+  for (const auto& [offset, weight] : weights_along(footprint)) along_.emplace_back(offset, static_cast<float>(weight));
 }
 
 void Background::bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others) {

@@ -13,6 +13,8 @@
 #pragma once
 
 #include <memory>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "anneal/tap_plan.h"
@@ -57,5 +59,13 @@ class Background {
   const float* values() const { return reinterpret_cast<const float*>(cells_.data()); }
   std::vector<SliceField> windows_;  // of the other slices, where the window is not the whole slice
 };
+
+// The plane of a footprint, its centre among the taps, as a filter; separable where it is the product of its middle row
+// and column to within `within` of its centre. Taps beyond the reach of the layout are left out.
+Background::Filter make_plane_filter(std::span<const PlaneTap> taps, const FieldLayout& layout, double within);
+// Other slices and along(o), without those that hardly count. Requires footprint.factors().
+std::vector<std::pair<Extents::SliceCoord, double>> weights_along(const Footprint& footprint);
+// A, in rows of num_lanes, padded by zeros.
+std::vector<float> padded_mixing(const FeatureMap& map, std::int64_t num_lanes);
 
 }  // namespace noiseloom

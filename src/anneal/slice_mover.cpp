@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "anneal/proposals.h"
+#include "anneal/sieve_margin.h"
 #include "noiseloom/anneal/involution.h"
 #include "noiseloom/core/math.h"
 #include "noiseloom/core/random.h"
@@ -26,6 +27,8 @@ struct AnnealMover::Batch {
   Proposals proposals;
   std::size_t size;
 };
+
+static_assert(proposal_batch <= SwapDelta::most_estimates);
 
 AnnealMover::AnnealMover(std::unique_ptr<SwapDelta> delta) : delta_(std::move(delta)) {}
 
@@ -88,10 +91,15 @@ void AnnealMover::draw(const Visit& visit, std::uint64_t first, std::uint64_t en
       partners.log2_ratio()};
   batch.proposals = draw_proposals(source, first);
   batch.size = std::min<std::uint64_t>(proposal_batch, end - first);
+  const bool sieves = delta_->has_estimates();
   for (std::size_t k = 0; k < batch.size; ++k) {
     const std::uint32_t i = batch.proposals.cell[k];
     batch.pairs[k] = {i, cell_of_[partners.partner(id_at_[i], batch.proposals.step[k])]};
-    delta_->prefetch(batch.pairs[k]);
+    if (sieves) {
+      delta_->prefetch_estimate(batch.pairs[k]);
+    } else {
+      delta_->prefetch(batch.pairs[k]);
+    }
   }
 }
 
@@ -114,6 +122,78 @@ std::uint64_t num_candidates(const Visit& visit, const FieldLayout& slice) {
 
 }  // namespace
 
+// The candidates of a visit and what decides about them.
+struct AnnealMover::Range {
+  const Visit& visit;
+  std::uint64_t begin;
+  std::uint64_t end;
+  double temperature;
+  const PartnerDraw& partners;
+  const FieldLayout& slice;
+
+  double limit(const Batch& batch, std::size_t k) const { return temperature * double{batch.proposals.threshold[k]}; }
+};
+
+void AnnealMover::judge(const Range& range, const Batch& batch, std::size_t k, VisitResult& result) {
+  const CellPair pair = batch.pairs[k];
+  const double change = delta_->delta(pair);
+  // NaN is never accepted.
+  if (!(change <= range.limit(batch, k))) return;
+  carry_out(pair);
+  result.energy += change;
+  const auto in_slice = [&](std::uint32_t cell) {
+    return static_cast<std::uint32_t>(slice_cell(range.slice, range.visit.corner, delta_->layout(), cell));
+  };
+  result.swaps.push_back({in_slice(pair.i), in_slice(pair.j)});
+}
+
+void AnnealMover::move_all(const Range& range, VisitResult& result) {
+  Batch batch;
+  for (std::uint64_t first = range.begin; first < range.end; first += proposal_batch) {
+    draw(range.visit, first, range.end, range.partners, batch);
+    for (std::size_t k = 0; k < batch.size; ++k) {
+      if (batch.pairs[k].i == batch.pairs[k].j) continue;
+      ++result.candidates;
+      judge(range, batch, k, result);
+    }
+  }
+}
+
+// One batch ahead is drawn, so that what estimates need of memory is there in time. The first candidates are judged
+// and estimated, which tells how much estimates are worth.
+void AnnealMover::move_sieved(const Range& range, VisitResult& result) {
+  constexpr std::uint64_t most_learnt = 256;
+  const std::uint64_t learnt_end =
+      range.begin + std::clamp<std::uint64_t>((range.end - range.begin) / 16, 1, most_learnt);
+  SieveMargin margin;
+  bool learns = true;
+  Batch batch;
+  Batch next;
+  std::array<double, proposal_batch> estimates{};
+  draw(range.visit, range.begin, range.end, range.partners, next);
+  for (std::uint64_t first = range.begin; first < range.end; first += proposal_batch) {
+    batch = next;
+    if (first + proposal_batch < range.end) {
+      draw(range.visit, first + proposal_batch, range.end, range.partners, next);
+    }
+    delta_->estimate(std::span(batch.pairs).first(batch.size), estimates.data());
+    if (learns && first >= learnt_end) {
+      margin.conclude();
+      learns = false;
+    }
+    for (std::size_t k = 0; k < batch.size && learns; ++k) {
+      const CellPair pair = batch.pairs[k];
+      if (pair.i != pair.j) margin.learn(batch.proposals.step[k], estimates[k], delta_->delta(pair));
+    }
+    for (std::size_t k = 0; k < batch.size; ++k) {
+      if (batch.pairs[k].i == batch.pairs[k].j) continue;
+      ++result.candidates;
+      const bool sieved = !learns && !margin.lets_through(batch.proposals.step[k], estimates[k], range.limit(batch, k));
+      if (!sieved) judge(range, batch, k, result);
+    }
+  }
+}
+
 VisitResult AnnealMover::visit(const Visit& visit, double temperature, const PartnerDraw& partners,
                                const SliceField& field, std::span<const std::uint32_t> permutation,
                                const FieldOf& others) {
@@ -123,25 +203,12 @@ VisitResult AnnealMover::visit(const Visit& visit, double temperature, const Par
   result.swaps = std::move(spare_);
   result.swaps.clear();
   result.swaps.reserve(num_swaps_ + num_swaps_ / 8);  // growing it would take longer than many a swap
-  const std::uint64_t tile_begin = std::uint64_t{static_cast<std::uint32_t>(visit.tile)} << 32;
-  const std::uint64_t end = tile_begin + num_candidates(visit, field.layout());
-  const auto in_slice = [&](std::uint32_t cell) {
-    return static_cast<std::uint32_t>(slice_cell(field.layout(), visit.corner, delta_->layout(), cell));
-  };
-  Batch batch;
-  for (std::uint64_t first = tile_begin; first < end; first += proposal_batch) {
-    draw(visit, first, end, partners, batch);
-    for (std::size_t k = 0; k < batch.size; ++k) {
-      const CellPair pair = batch.pairs[k];
-      if (pair.i == pair.j) continue;
-      ++result.candidates;
-      const double change = delta_->delta(pair);
-      // NaN is never accepted.
-      if (!(change <= temperature * double{batch.proposals.threshold[k]})) continue;
-      carry_out(pair);
-      result.energy += change;
-      result.swaps.push_back({in_slice(pair.i), in_slice(pair.j)});
-    }
+  const std::uint64_t begin = std::uint64_t{static_cast<std::uint32_t>(visit.tile)} << 32;
+  const Range range{visit, begin, begin + num_candidates(visit, field.layout()), temperature, partners, field.layout()};
+  if (delta_->has_estimates()) {
+    move_sieved(range, result);
+  } else {
+    move_all(range, result);
   }
   num_swaps_ = result.swaps.size();
   result.num_swaps = std::ssize(result.swaps);

@@ -167,9 +167,10 @@ std::unique_ptr<SwapDelta> make_double_delta(const Footprint& footprint, const V
 }  // namespace
 
 std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision,
-                                           const FeatureMap* between_slices, std::optional<WindowSize> window) {
+                                           const FeatureMap* between_slices, std::optional<WindowSize> window,
+                                           const FeatureMap* sieve) {
   const WindowSize size = window.value_or(WindowSize{footprint.extents().width(), footprint.extents().height()});
-  if (precision == Precision::float32) return make_float_delta(footprint, kernel, size, between_slices);
+  if (precision == Precision::float32) return make_float_delta(footprint, kernel, size, between_slices, sieve);
   return make_double_delta(footprint, kernel, size);
 }
 

@@ -5,6 +5,7 @@
 
 #include "anneal/background.h"
 #include "anneal/delta_fields.h"
+#include "anneal/sieve.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "anneal/swap_delta_float.cpp"
@@ -20,9 +21,11 @@ namespace noiseloom::HWY_NAMESPACE {
 template <DistanceKind kind, ValueKernelKind value_kind, int C>
 class FloatDelta final : public SwapDelta {
  public:
-  FloatDelta(const Footprint& footprint, const ValueKernel& kernel, WindowSize window, const FeatureMap* between_slices)
+  FloatDelta(const Footprint& footprint, const ValueKernel& kernel, WindowSize window, const FeatureMap* between_slices,
+             const FeatureMap* sieve)
       : fields_(footprint, C, window, between_slices == nullptr), pair_cost_(kernel) {
     if (between_slices != nullptr) background_.emplace(footprint, *between_slices, window);
+    if (sieve != nullptr) sieve_.emplace(footprint, *sieve, window);
   }
 
   const FieldLayout& layout() const override { return fields_.layout(); }
@@ -30,10 +33,12 @@ class FloatDelta final : public SwapDelta {
   void bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others) override {
     fields_.bind(slice, corner, own, others);
     if (background_) background_->bind(slice, corner, fields_.own(), others);
+    if (sieve_) sieve_->bind(slice, corner, fields_.own(), others);
   }
   void swap(CellPair pair) override {
     fields_.swap(pair.i, pair.j);
     if (background_) background_->swap(pair);
+    if (sieve_) sieve_->swap(pair);
   }
 
   // What lies in the nearer caches without that, planes of samples, is not worth the instructions.
@@ -46,15 +51,41 @@ class FloatDelta final : public SwapDelta {
     }
   }
 
+  bool has_estimates() const override { return sieve_.has_value(); }
+
+  void prefetch_estimate(CellPair pair) const override {
+    for (const std::uint32_t cell : {pair.i, pair.j}) {
+      for (std::int64_t k = 0; k < sieve_->num_lanes(); k += std::int64_t{block_lanes}) {
+        hwy::Prefetch(sieve_->features(cell) + k);
+        hwy::Prefetch(sieve_->pulls(cell) + k);
+      }
+    }
+  }
+
+  void estimate(std::span<const CellPair> pairs, double* out) const override {
+    float sums[most_estimates];
+    sieve_->estimate(pairs, sums);
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const DeltaFields::Position at_i = fields_.position(pairs[k].i);
+      const DeltaFields::Position at_j = fields_.position(pairs[k].j);
+      if (const float weight = fields_.pair_weight(at_i, at_j); weight != 0) {
+        float a[C];
+        float b[C];
+        load(at_i, a);
+        load(at_j, b);
+        sums[k] -= weight * pair_term(a, b);
+      }
+      out[k] = 2 * static_cast<double>(sums[k]);
+    }
+  }
+
   double delta(CellPair pair) const override {
     const DeltaFields::Position at_i = fields_.position(pair.i);
     const DeltaFields::Position at_j = fields_.position(pair.j);
     float a[C];
     float b[C];
-    for (int c = 0; c < C; ++c) {
-      a[c] = fields_.own().plane(c)[at_i.in[DeltaFields::rows]];
-      b[c] = fields_.own().plane(c)[at_j.in[DeltaFields::rows]];
-    }
+    load(at_i, a);
+    load(at_j, b);
     const SwapTerm<kind, value_kind, C> swap_term(pair_cost_, a, b);
     V sums[num_parts];
     for (V& sum : sums) sum = hn::Zero(Floats());
@@ -69,6 +100,10 @@ class FloatDelta final : public SwapDelta {
   }
 
  private:
+  HWY_INLINE void load(const DeltaFields::Position& at, float (&sample)[C]) const {
+    for (int c = 0; c < C; ++c) sample[c] = fields_.own().plane(c)[at.in[DeltaFields::rows]];
+  }
+
   HWY_INLINE void add(const SwapTerm<kind, value_kind, C>& swap_term, const TapBlocks& taps, const float* at_i,
                       const float* at_j, std::int64_t plane_size, V (&sums)[num_parts]) const {
     V i[C];
@@ -125,40 +160,41 @@ class FloatDelta final : public SwapDelta {
 
   DeltaFields fields_;
   std::optional<Background> background_;
+  std::optional<Sieve> sieve_;
   PairCost<kind, value_kind, C> pair_cost_;
 };
 
 template <DistanceKind kind, int C>
 std::unique_ptr<SwapDelta> with_value_kind(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
-                                           const FeatureMap* map) {
+                                           const FeatureMap* map, const FeatureMap* sieve) {
   if (kernel.kind == ValueKernelKind::distance) {
-    return std::make_unique<FloatDelta<kind, ValueKernelKind::distance, C>>(footprint, kernel, window, map);
+    return std::make_unique<FloatDelta<kind, ValueKernelKind::distance, C>>(footprint, kernel, window, map, sieve);
   }
-  return std::make_unique<FloatDelta<kind, ValueKernelKind::stbn, C>>(footprint, kernel, window, map);
+  return std::make_unique<FloatDelta<kind, ValueKernelKind::stbn, C>>(footprint, kernel, window, map, sieve);
 }
 
 template <DistanceKind kind, int C, int last>
 std::unique_ptr<SwapDelta> with_channels(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
-                                         const FeatureMap* map) {
-  if (kernel.channels == C) return with_value_kind<kind, C>(footprint, kernel, window, map);
-  if constexpr (C < last) return with_channels<kind, C + 1, last>(footprint, kernel, window, map);
+                                         const FeatureMap* map, const FeatureMap* sieve) {
+  if (kernel.channels == C) return with_value_kind<kind, C>(footprint, kernel, window, map, sieve);
+  if constexpr (C < last) return with_channels<kind, C + 1, last>(footprint, kernel, window, map, sieve);
   NOISELOOM_CHECK_LE(kernel.channels, last);
   return nullptr;
 }
 
 std::unique_ptr<SwapDelta> make(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
-                                const FeatureMap* map) {
+                                const FeatureMap* map, const FeatureMap* sieve) {
   switch (kernel.distance) {
     case DistanceKind::absolute:
-      return with_value_kind<DistanceKind::absolute, 1>(footprint, kernel, window, map);
+      return with_value_kind<DistanceKind::absolute, 1>(footprint, kernel, window, map, sieve);
     case DistanceKind::circle:
-      return with_value_kind<DistanceKind::circle, 1>(footprint, kernel, window, map);
+      return with_value_kind<DistanceKind::circle, 1>(footprint, kernel, window, map, sieve);
     case DistanceKind::angle:
-      return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel, window, map);
+      return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel, window, map, sieve);
     case DistanceKind::euclidean:
       break;
   }
-  return with_channels<DistanceKind::euclidean, 1, 8>(footprint, kernel, window, map);
+  return with_channels<DistanceKind::euclidean, 1, 8>(footprint, kernel, window, map, sieve);
 }
 
 }  // namespace noiseloom::HWY_NAMESPACE
@@ -170,8 +206,8 @@ namespace noiseloom {
 HWY_EXPORT(make);
 
 std::unique_ptr<SwapDelta> make_float_delta(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
-                                            const FeatureMap* between_slices) {
-  return HWY_DYNAMIC_DISPATCH(make)(footprint, kernel, window, between_slices);
+                                            const FeatureMap* between_slices, const FeatureMap* sieve) {
+  return HWY_DYNAMIC_DISPATCH(make)(footprint, kernel, window, between_slices, sieve);
 }
 
 }  // namespace noiseloom

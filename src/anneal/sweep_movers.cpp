@@ -14,15 +14,17 @@ SweepMovers::SweepMovers(const OptimizerSpec& optimizer, const Footprint& energy
       source_(source),
       tile_(tile),
       num_threads_(num_threads),
-      features_(features_between_slices(optimizer, energy, kernel, source, optimizer.background_features)),
-      features_wanted_(optimizer.background_features),
+      sieve_(features_of_sieve(optimizer, energy, kernel, source)),
+      features_wanted_(sieve_ ? num_features(optimizer, 0, true) : optimizer.background_features),
+      features_(features_between_slices(optimizer, energy, kernel, source, features_wanted_)),
       partners_(partners_for(source.distance(), source.channels(), tile, 0)) {
   make_movers();
 }
 
 void SweepMovers::make_movers() {
   for (int worker = 0; worker < num_threads_; ++worker) {
-    auto delta = make_swap_delta(energy_, kernel_, optimizer_.precision, features_ ? &*features_ : nullptr, tile_);
+    auto delta = make_swap_delta(energy_, kernel_, optimizer_.precision, features_ ? &*features_ : nullptr, tile_,
+                                 sieve_ ? &*sieve_ : nullptr);
     if (optimizer_.method == Method::anneal) {
       anneal_movers_.emplace_back(std::move(delta));
     } else {
@@ -33,7 +35,7 @@ void SweepMovers::make_movers() {
 
 void SweepMovers::prepare(double fraction) {
   partners_ = partners_for(source_.distance(), source_.channels(), tile_, fraction);
-  const int wanted = num_features(optimizer_, fraction);
+  const int wanted = num_features(optimizer_, fraction, use_sieve());
   if (!features_ || wanted == features_wanted_) return;
   features_wanted_ = wanted;
   anneal_movers_.clear();  // before the features that they look at

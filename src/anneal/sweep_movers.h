@@ -22,6 +22,8 @@ class SweepMovers {
 
   // Whether other slices act through features, and not through all taps. The same for the whole run.
   bool use_features() const { return features_.has_value(); }
+  // Whether candidates are estimated before they are judged; likewise.
+  bool use_sieve() const { return sieve_.has_value(); }
   // What fits where a round is `fraction` through.
   void prepare(double fraction);
 
@@ -43,8 +45,9 @@ class SweepMovers {
   const SampleSource& source_;
   WindowSize tile_;
   int num_threads_;
-  std::optional<FeatureMap> features_;
+  std::optional<FeatureMap> sieve_;
   int features_wanted_;
+  std::optional<FeatureMap> features_;
   PartnerDraw partners_;
   std::vector<AnnealMover> anneal_movers_;    // one for each thread, or none
   std::vector<PairingMover> pairing_movers_;  // likewise

@@ -266,12 +266,20 @@ std::span<const Setting> all() {
       {.key = "optimizer.background_features",
        .type = Type::integer,
        .sentence = "Product filters over slices: features that stand for the other slices (four times as many in the "
-                   "last quarter, 64 in the last twentieth), so that a deep filter costs no more "
+                   "last quarter, 64 in the last twentieth; with a sieve, four times from the start), so that a deep "
+                   "filter costs no more "
                    "than a shallow one. 0: every tap, exactly, as with precision \"double\".",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.background_features; },
        .range = at_least(0, 64),
        .when = with_method("anneal"),
        .former = "background_rank"},
+      {.key = "optimizer.sieve_features",
+       .type = Type::integer,
+       .sentence = "Vectors and directions: features that the change by a swap is estimated with, so that only those "
+                   "are judged by all taps that may be accepted. 0: all are judged.",
+       .field = [](RunConfig& c) -> Field { return &c.optimizer.sieve_features; },
+       .range = at_least(0, 64),
+       .when = with_method("anneal")},
       {.key = "optimizer.temperature",
        .type = Type::table,
        .sentence = "The temperatures of annealing; those left out are found from the problem.",

@@ -44,6 +44,12 @@ double mover_bytes(const SwapSizes& sizes, const FilterOutline& judged) {
   } else {
     bytes += 10 * as_double(judged.num_taps);
   }
+  if (sizes.sieve_features > 0) {
+    const double lanes = as_double(round_up(sizes.sieve_features, 16));
+    const double planes = judged.same_pixel_only && judged.num_coupled_slices() > 0 ? 3 : 2;
+    bytes += 4 * (planes * as_double(sizes.tile.plane_size) * sizes.sieve_features + 2 * lanes * cells);
+    if (!sizes.tile.whole()) bytes += 4 * floats * as_double(std::min<std::int64_t>(judged.num_coupled_slices(), 90));
+  }
   return bytes + 10 * as_double(judged.own_taps);
 }
 

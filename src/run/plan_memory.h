@@ -18,9 +18,10 @@ struct SwapSizes {
   FieldLayout tile;        // as a thread copies what it moves
   std::int64_t num_tiles;  // of a slice
   std::int64_t num_classes;
-  bool by_ids;            // partners are looked up by the order of the samples (anneal)
-  bool class_is_coupled;  // slices that move together see one another
-  int features = 0;       // the most that the run comes to; 0: slices act through their taps
+  bool by_ids;             // partners are looked up by the order of the samples (anneal)
+  bool class_is_coupled;   // slices that move together see one another
+  int features = 0;        // the most that the run comes to; 0: slices act through their taps
+  int sieve_features = 0;  // that candidates are estimated with; 0: all are judged
   int channels = 1;
   bool scalar = true;           // the mean distance is found by sorting
   std::int64_t mean_tasks = 1;  // that it is shared out in, among ranks and threads

@@ -101,6 +101,21 @@ struct MoverSpeed {
   double bind;
 };
 
+// Of candidates that are estimated first: how many are judged, and swapped.
+constexpr double share_judged = 0.2;
+constexpr double sieved_acceptance = 0.07;
+
+double seconds_of_estimates(const SwapDelta& delta, const std::vector<CellPair>& pairs) {
+  double estimates[16];
+  return quicker_of_two([&] {
+    for (std::size_t k = 0; k + 16 <= pairs.size(); k += 16) {
+      const auto sixteen = std::span(pairs).subspan(k, 16);
+      for (const CellPair pair : sixteen) delta.prefetch_estimate(pair);
+      delta.estimate(sixteen, estimates);
+    }
+  });
+}
+
 MoverSpeed speed_of(SwapDelta& delta, const SliceField& field, WindowSize window) {
   const FieldOf others = [&field](SliceIndex) -> const SliceField& { return field; };
   const double bound_s = quicker_of_two([&] { delta.bind(0, field, others); });
@@ -120,7 +135,11 @@ MoverSpeed speed_of(SwapDelta& delta, const SliceField& field, WindowSize window
     for (std::size_t k = 0; k < judged; ++k) delta.swap(pairs[k]);
   });
   constexpr double draw_s = 12e-9;  // drawing a pair and looking its partner up
-  const double each = (judging_s + typical_acceptance * swapping_s) / static_cast<double>(judged);
+  const bool sieved = delta.has_estimates();
+  const double judge_s = (sieved ? share_judged : 1) * judging_s;
+  const double swap_s = (sieved ? sieved_acceptance : typical_acceptance) * swapping_s;
+  const double estimate_s = sieved ? seconds_of_estimates(delta, pairs) / static_cast<double>(pairs.size()) : 0;
+  const double each = (judge_s + swap_s) / static_cast<double>(judged) + estimate_s;
   return {sum == sum ? each + draw_s : each, bound_s / static_cast<double>(window.width * window.height)};
 }
 
@@ -136,12 +155,13 @@ void measure_moves(const RunConfig& config, const FilterOutline& judged, const S
   SliceField field(FieldLayout(footprint, source.channels()));
   field.fill(start_permutation(problem.seed, 0, problem.extents.cells_per_slice()), source.list(0));
   const ValueKernel kernel = make_value_kernel(problem, source.channels(), source.distance());
+  const std::optional<FeatureMap> sieve = features_of_sieve(config.optimizer, footprint, kernel, source);
   for (std::size_t k = 0; k < moments_of_run.size(); ++k) {
-    const int count = k == 0 ? config.optimizer.background_features : num_features(config.optimizer, moments_of_run[k]);
+    const int count = num_features(config.optimizer, moments_of_run[k], sieve.has_value());
     const std::optional<FeatureMap> features =
         features_between_slices(config.optimizer, footprint, kernel, source, count);
-    const auto delta =
-        make_swap_delta(footprint, kernel, config.optimizer.precision, features ? &*features : nullptr, small.window);
+    const auto delta = make_swap_delta(footprint, kernel, config.optimizer.precision, features ? &*features : nullptr,
+                                       small.window, sieve ? &*sieve : nullptr);
     const MoverSpeed mover = speed_of(*delta, field, small.window);
     if (!features) {
       const double scale = ratio(judged.num_taps, footprint.num_taps());

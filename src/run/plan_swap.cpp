@@ -79,6 +79,10 @@ class SwapPlan {
     return optimizer_.background_features > 0 &&
            wants_features(optimizer_, judged_.is_product, judged_.num_taps, judged_.own_taps);
   }
+  bool with_sieve() const {
+    const ValueKernel kernel = make_value_kernel(config_.problem, samples_.channels, samples_.distance);
+    return wants_sieve(optimizer_, kernel, judged_.is_product || judged_.same_pixel_only, judged_.own_taps);
+  }
   void describe();
   void add_ranks();
   void add_exchange();
@@ -145,7 +149,7 @@ void SwapPlan::describe() {
   plan_.tile_height = tiles_.window().height;
   plan_.num_tiles = tiles_.num_tiles();
   plan_.num_classes = std::ssize(classes_);
-  plan_.iterations_per_sweep = visit_length(optimizer_, with_features());
+  plan_.iterations_per_sweep = visit_length(optimizer_, with_features(), with_sieve());
 
   const auto effect = [&](const char* name, bool on, std::string why) {
     plan_.effects.push_back({name, on, std::move(why)});
@@ -157,6 +161,9 @@ void SwapPlan::describe() {
          with_features() ? "stand for the other slices; the slice itself goes by its exact taps"
          : coupled       ? "all taps are exact"
                          : "no other slices to stand for");
+  effect("sieve", with_sieve(),
+         with_sieve() ? "candidates are estimated first; only those that may be accepted are judged by all taps"
+                      : "every candidate is judged by all taps");
   effect("tiles", plan_.num_tiles > 1,
          plan_.num_tiles > 1 ? fmt::format("{} of a slice, {} x {} pixels each, move at a time", plan_.num_tiles,
                                            plan_.tile_width, plan_.tile_height)
@@ -188,6 +195,7 @@ SwapSizes SwapPlan::sizes() const {
           .class_is_coupled =
               optimizer_.method == Method::fast || (judged_.num_coupled_slices() > 0 && classes_.front().size() > 1),
           .features = features,
+          .sieve_features = with_sieve() ? optimizer_.sieve_features : 0,
           .channels = samples_.channels,
           .scalar = samples_.distance == DistanceKind::absolute || samples_.distance == DistanceKind::circle,
           .mean_tasks =

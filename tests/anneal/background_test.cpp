@@ -3,12 +3,14 @@
 #include <gtest/gtest.h>
 #include <hwy/highway.h>
 
-#include "anneal/texture_fixture.h"
+#include "anneal/feature_fixture.h"
 
 namespace noiseloom {
 namespace {
 
 using namespace testing_support;
+using test::kernel_by_features;
+using test::samples_of;
 using test::Space;
 using test::Texture;
 
@@ -26,51 +28,11 @@ std::vector<BackgroundCase> cases() {
            product({group({0, 1}, gauss_energy(0.9)), group({2}, box(2))})}};
 }
 
-std::vector<float> samples_of(const Texture& texture, int slices) {
-  std::vector<float> list;
-  for (SliceIndex slice = 0; slice < slices; ++slice) {
-    const SliceField& field = texture.field(slice);
-    std::vector<float> values(static_cast<std::size_t>(field.layout().num_floats()));
-    values.resize(field.planar().size());
-    field.interleaved(values);
-    list.insert(list.end(), values.begin(), values.end());
-  }
-  return list;
-}
-
-double kernel_by_features(const FeatureMap& map, const std::vector<double>& a, const std::vector<double>& b) {
-  const auto n = static_cast<std::size_t>(map.num_features());
-  double sum = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j < n; ++j) sum += a[i] * map.mixing()[i * n + j] * b[j];
-  }
-  return sum;
-}
-
-// dE of the other slices alone, by a double loop, with `kernel_of_values(a, b)`.
+// dE of the other slices alone.
 template <class Kernel>
 double others_change(const Footprint& footprint, const Texture& texture, SliceIndex slice, CellPair pair,
                      const Kernel& kernel) {
-  const Extents& extents = footprint.extents();
-  const auto value = [&](SliceIndex s, Cell cell) {
-    std::array<float, 8> sample{};
-    texture.field(s).get(cell, sample.data());
-    return sample;
-  };
-  const auto a = value(slice, pair.i);
-  const auto b = value(slice, pair.j);
-  double sum = 0;
-  for (const SliceTaps& taps : footprint.slices().subspan(1)) {
-    for (const PlaneTap& tap : taps.taps) {
-      for (const auto& [centre, sign] : {std::pair{Cell{pair.i}, 1.0}, {Cell{pair.j}, -1.0}}) {
-        const std::int64_t x = (centre % extents.width() + tap.dx + extents.width()) % extents.width();
-        const std::int64_t y = (centre / extents.width() + tap.dy + extents.height()) % extents.height();
-        const auto s = value(extents.slice_at(slice, taps.offset), x + extents.width() * y);
-        sum += sign * tap.weight * (kernel(b.data(), s.data()) - kernel(a.data(), s.data()));
-      }
-    }
-  }
-  return 2 * sum;
+  return test::change_by(footprint.slices().subspan(1), footprint.extents(), texture, slice, pair, kernel);
 }
 
 std::vector<Space> spaces() { return test::all_spaces(); }

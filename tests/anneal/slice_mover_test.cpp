@@ -164,13 +164,16 @@ TEST(SwapChoices, StepsShrinkWithTheTemperature) {
 TEST(SwapChoices, BackgroundGrowsTowardsTheEnd) {
   OptimizerSpec optimizer;
   optimizer.background_features = 8;
-  EXPECT_EQ(num_features(optimizer, 0), 8);
-  EXPECT_EQ(num_features(optimizer, 0.8), 32);
-  EXPECT_EQ(num_features(optimizer, 1), 64);
+  EXPECT_EQ(num_features(optimizer, 0, false), 8);
+  EXPECT_EQ(num_features(optimizer, 0.8, false), 32);
+  EXPECT_EQ(num_features(optimizer, 1, false), 64);
+  EXPECT_EQ(num_features(optimizer, 0, true), 32);
+  EXPECT_EQ(num_features(optimizer, 0.8, true), 64);
   optimizer.background_features = 48;
-  EXPECT_EQ(num_features(optimizer, 0.8), 64);
+  EXPECT_EQ(num_features(optimizer, 0.8, false), 64);
   optimizer.background_features = 0;
-  EXPECT_EQ(num_features(optimizer, 1), 0);
+  EXPECT_EQ(num_features(optimizer, 1, false), 0);
+  EXPECT_EQ(num_features(optimizer, 1, true), 0);
 }
 
 // Features stand for taps that would cost more than they do; never for a few taps of the same pixel.

@@ -62,6 +62,24 @@ std::vector<Case> cases() {
   tiles.optimizer.stop.iterations = 2;
   EXPECT_GT(TileGrid(Footprint(tiles.problem.extents, tiles.problem.filter), 2).num_tiles(), 1);
   all.push_back(tiles);
+
+  Case sieved{"vectors, tiles, a product over slices", {}, {}};
+  sieved.problem.extents = Extents({131, 97, 2});
+  sieved.problem.samples.space = "vector2";
+  sieved.problem.filter.groups = {group({0, 1}, box(4)), group({2}, box(2))};
+  sieved.optimizer.stop.iterations = 3;
+  sieved.optimizer.sieve_features = 16;
+  EXPECT_GT(TileGrid(Footprint(sieved.problem.extents, sieved.problem.filter), 1).num_tiles(), 1);
+  all.push_back(sieved);
+
+  Case directions{"directions by the same pixel of other slices", {}, {}};
+  directions.problem.extents = Extents({11, 13, 5});
+  directions.problem.samples.space = "sphere";
+  directions.problem.filter.combine = Combine::sum;
+  directions.problem.filter.groups = {group({0, 1}, gauss(0.8)), group({2}, ema(0.1, 0.1))};
+  directions.optimizer.stop.iterations = 6;
+  directions.optimizer.sieve_features = 16;
+  all.push_back(directions);
   return all;
 }
 

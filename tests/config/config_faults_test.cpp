@@ -50,7 +50,7 @@ TEST(ConfigFaults, NameUnknownKeysAtEveryLevel) {
        "score, improvement"},
       {&ConfigText::optimizer, "quux = 5",
        "run.toml:14: optimizer.quux: unknown key; accepted: method, stop, precision, cutoff, background_features, "
-       "temperature"},
+       "sieve_features, temperature"},
   });
 }
 

@@ -234,6 +234,7 @@ const std::vector<NumericKey>& numeric_keys() {
       {"optimizer.stop.improvement", {}},
       {"optimizer.cutoff", {}},
       {"optimizer.background_features", {}, true},
+      {"optimizer.sieve_features", {}, true},
       {"optimizer.temperature.start", {}},
       {"optimizer.temperature.end", {}},
       {"optimizer.fraction", {"optimizer.method=fast"}}};

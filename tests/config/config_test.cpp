@@ -51,6 +51,7 @@ void expect_equal(const RunConfig& a, const RunConfig& b) {
   EXPECT_EQ(a.optimizer.precision, b.optimizer.precision);
   EXPECT_EQ(a.optimizer.cutoff, b.optimizer.cutoff);
   EXPECT_EQ(a.optimizer.background_features, b.optimizer.background_features);
+  EXPECT_EQ(a.optimizer.sieve_features, b.optimizer.sieve_features);
   EXPECT_EQ(a.optimizer.temperature_start, b.optimizer.temperature_start);
   EXPECT_EQ(a.optimizer.temperature_end, b.optimizer.temperature_end);
   EXPECT_EQ(a.optimizer.fraction, b.optimizer.fraction);
@@ -191,9 +192,11 @@ TEST(Config, RoundTripsExactlyForEverySampleSpaceKernelAndNumber) {
     text.second =
         "{ axes = \"t\", kernel = \"" + kernels[i % kernels.size()] + (i % 2 == 0 ? ", weight = 0.9 }" : " }");
     text.energy = i % 3 == 0 ? "value_kernel = \"stbn\"\nsigma_s = 0.7" : "";
-    text.optimizer = "stop = { " + stops[i / samples.size() / kernels.size()] + " }\n" +
-                     (i % 4 == 0 ? "method = \"fast\"\nfraction = 0.3\ngrow_fraction = false"
-                                 : "cutoff = 0.1\nbackground_features = 5\ntemperature = { start = 3, end = 1e-7 }");
+    text.optimizer =
+        "stop = { " + stops[i / samples.size() / kernels.size()] + " }\n" +
+        (i % 4 == 0
+             ? "method = \"fast\"\nfraction = 0.3\ngrow_fraction = false"
+             : "cutoff = 0.1\nbackground_features = 5\nsieve_features = 7\ntemperature = { start = 3, end = 1e-7 }");
     expect_round_trip(parsed(text.text()));
   }
 }
@@ -231,6 +234,7 @@ stop = { iterations = 11 }
 precision = "float"
 cutoff = 0.0
 background_features = 8
+sieve_features = 16
 )");
 }
 
@@ -366,6 +370,7 @@ TEST(DescribeSettings, NamesEveryKeyThatAConfigCanHold) {
                           "optimizer.precision",
                           "optimizer.cutoff",
                           "optimizer.background_features",
+                          "optimizer.sieve_features",
                           "optimizer.temperature.start",
                           "optimizer.temperature.end",
                           "optimizer.fraction",

@@ -152,7 +152,18 @@ TEST(Plan, NamesWhatIsOnAndOff) {
   EXPECT_TRUE(is_on(product, "features"));
   EXPECT_TRUE(is_on(product, "coupled slices"));
   EXPECT_FALSE(is_on(product, "tiles"));
+  EXPECT_FALSE(is_on(product, "sieve"));
   EXPECT_EQ(product.features.size(), 3U);
+  const RunPlan vectors = plan_run(
+      config_of("x = 64, y = 64, t = 8", {gauss_xy, ema_t}, "product", {"optimizer.sieve_features=16"}, "\"vector2\""),
+      {});
+  EXPECT_TRUE(is_on(vectors, "sieve"));
+  const RunPlan judged = plan_run(
+      config_of("x = 64, y = 64, t = 8", {gauss_xy, ema_t}, "product", {"optimizer.sieve_features=0"}, "\"vector2\""),
+      {});
+  EXPECT_FALSE(is_on(judged, "sieve"));
+  // Features and pulls of 16 floats a cell.
+  EXPECT_GT(vectors.most.threads, judged.most.threads + 2 * 16 * 4 * 64 * 64);
   const RunPlan plane = plan_run(config_of("x = 512, y = 512", {gauss_xy}, "product", {}, "\"tent\""), {});
   EXPECT_FALSE(is_on(plane, "features"));
   EXPECT_FALSE(is_on(plane, "coupled slices"));

@@ -74,6 +74,9 @@ std::vector<std::uint32_t> cells_by_id(const FieldLayout& slice, Corner corner, 
 
 // Metropolis at one temperature; candidates in order, each seeing the swaps before it. temperature 0
 // accepts improvements and ties only. Partners are looked up for sixteen candidates at a time (proposals.h).
+//
+// Where the SwapDelta has estimates, they are a sieve: a candidate whose estimate lies too far above what Metropolis
+// would accept is not judged. That is decided for sixteen candidates at a time, before the first of them is judged.
 class AnnealMover {
  public:
   explicit AnnealMover(std::unique_ptr<SwapDelta> delta);
@@ -92,6 +95,10 @@ class AnnealMover {
   void draw(const Visit& visit, std::uint64_t first, std::uint64_t end, const PartnerDraw& partners,
             Batch& batch) const;
   void carry_out(CellPair pair);
+  struct Range;
+  void move_all(const Range& range, VisitResult& result);
+  void move_sieved(const Range& range, VisitResult& result);
+  void judge(const Range& range, const Batch& batch, std::size_t k, VisitResult& result);
 
   std::unique_ptr<SwapDelta> delta_;
   std::vector<std::uint32_t> id_at_;    // position of the sample of a cell among those of the window

@@ -23,6 +23,7 @@ struct OptimizerSpec {
   Precision precision = Precision::float32;
   double cutoff = 0;             // footprint taps below cutoff * F(0) are left out of the energy (never out of R)
   int background_features = 8;   // anneal, product over slices: features that stand for the other slices; 0: all taps
+  int sieve_features = 16;       // anneal: features that a candidate is estimated with before it is judged; 0: none
   double temperature_start = 0;  // anneal: in units of the problem's mean |dE|; 0 = found from the problem
   double temperature_end = 0;
   double fraction = 0.125;    // fast: first value of gamma

@@ -14,6 +14,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "noiseloom/anneal/feature_map.h"
 #include "noiseloom/anneal/slice_field.h"
@@ -43,6 +44,13 @@ class SwapDelta {
   virtual double delta(CellPair pair) const = 0;
   // Says that delta(pair) will be asked for soon.
   virtual void prefetch(CellPair) const {}
+  // Whether dE can be estimated in less time than delta() takes.
+  virtual bool has_estimates() const { return false; }
+  // Estimates of dE, one for each pair, of which there are at most most_estimates. Requires has_estimates().
+  virtual void estimate(std::span<const CellPair> /*pairs*/, double* /*out*/) const {}
+  static constexpr std::size_t most_estimates = 16;
+  // Says that estimates of pairs of the cells will be asked for soon.
+  virtual void prefetch_estimate(CellPair) const {}
   // Carries the swap out in the copy.
   virtual void swap(CellPair pair) = 0;
 };
@@ -51,9 +59,12 @@ class SwapDelta {
 // directions to 4e-7, save within 1e-3 of the antipode.
 // between_slices: where given, slices other than the moving one act through these features (float64 takes all taps all
 // the same; requires footprint.factors()); otherwise through all their taps. window: the whole slice if not given.
-// Footprint and map must outlive the object.
+// sieve: the features that estimates are made with; without them, or in double, there are none. Requires
+// Sieve::serves(footprint), which swap_choices.h knows of.
+// Footprint and maps must outlive the object.
 std::unique_ptr<SwapDelta> make_swap_delta(const Footprint& footprint, const ValueKernel& kernel, Precision precision,
                                            const FeatureMap* between_slices = nullptr,
-                                           std::optional<WindowSize> window = std::nullopt);
+                                           std::optional<WindowSize> window = std::nullopt,
+                                           const FeatureMap* sieve = nullptr);
 
 }  // namespace noiseloom

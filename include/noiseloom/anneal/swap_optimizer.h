@@ -33,7 +33,9 @@ namespace noiseloom {
 // file keeps it, and a run of another number is not gone on with.
 //   2: rounds of stop.score and stop.improvement count iterations, not sweeps; few taps of the same pixel have no
 //   features
-inline constexpr std::int64_t anneal_algorithm = 2;
+//   3, anneal alone: vectors and directions are estimated before they are judged, visited for longer, and have more
+//   features between slices
+inline constexpr std::int64_t anneal_algorithm = 3;
 inline constexpr std::int64_t fast_algorithm = 2;
 
 // Of the last sweep.

@@ -1,0 +1,136 @@
+#include "anneal/sieve.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace noiseloom {
+namespace {
+
+// Of a plane that is nearly a product of its rows and columns (a cut-off took its corners); features miss more.
+constexpr double separable_within = 3e-4;
+
+bool same_pixel_only(const SliceTaps& slice) {
+  return slice.taps.size() == 1 && slice.taps[0].dx == 0 && slice.taps[0].dy == 0;
+}
+
+double weight_at(std::span<const PlaneTap> taps, std::int32_t dx, std::int32_t dy) {
+  const auto tap = std::find_if(taps.begin(), taps.end(), [&](const PlaneTap& t) { return t.dx == dx && t.dy == dy; });
+  return tap == taps.end() ? 0 : tap->weight;
+}
+
+// The weight that makes a product of rows and columns of a plane whose centre is not among its taps: of a sum, F(0)
+// holds more than the plane's own.
+double centre_of(std::span<const PlaneTap> taps, double weight_zero) {
+  const double corner = weight_at(taps, 1, 1);
+  const double centre = corner != 0 ? weight_at(taps, 1, 0) * weight_at(taps, 0, 1) / corner : 0;
+  return centre > 0 && centre < 2 * weight_zero ? centre : weight_zero;
+}
+
+}  // namespace
+
+bool Sieve::serves(const Footprint& footprint) {
+  const auto others = footprint.slices().subspan(1);
+  return footprint.factors().has_value() || std::all_of(others.begin(), others.end(), same_pixel_only);
+}
+
+Sieve::Sieve(const Footprint& footprint, const FeatureMap& map, WindowSize window)
+    : footprint_(footprint),
+      map_(map),
+      layout_(footprint, map.channels(), window),
+      num_lanes_((map.num_features() + std::int64_t{block_lanes} - 1) / std::int64_t{block_lanes} *
+                 std::int64_t{block_lanes}),
+      others_by_planes_(footprint.factors().has_value()),
+      mixing_(padded_mixing(map, num_lanes_)),
+      sums_(static_cast<std::size_t>(layout_.plane_size * map.num_features())),
+      scratch_(sums_.size()),
+      features_(static_cast<std::size_t>(num_lanes_ * layout_.width * layout_.height) / block_lanes),
+      pulls_(features_.size()),
+      change_(static_cast<std::size_t>(num_lanes_) / block_lanes) {
+  NOISELOOM_CHECK(serves(footprint) && num_lanes_ <= most_mixed_lanes);
+  plan_own(footprint);
+  plan_others(footprint);
+  if (!others_by_planes_ && !along_.empty()) stack_.resize(sums_.size());
+}
+
+void Sieve::plan_own(const Footprint& footprint) {
+  std::vector<PlaneTap> taps = footprint.slices()[0].taps;
+  for (const PlaneTap& tap : taps) {
+    const bool goes_on = !rows_.empty() && rows_.back().dy == tap.dy && rows_.back().dx + rows_.back().count == tap.dx;
+    if (!goes_on) rows_.push_back({tap.dx, tap.dy, std::ssize(weights_), 0});
+    ++rows_.back().count;
+    weights_.push_back(static_cast<float>(tap.weight));
+  }
+  const double centre = centre_of(taps, footprint.weight_zero());
+  centre_ = static_cast<float>(centre);
+  taps.push_back({0, 0, centre});
+  filter_ = make_plane_filter(taps, layout_, separable_within);
+}
+
+void Sieve::plan_others(const Footprint& footprint) {
+  if (others_by_planes_) {
+    const double own = footprint.factors()->along.front().second;
+    for (const auto& [offset, weight] : weights_along(footprint)) {
+      along_.emplace_back(offset, static_cast<float>(weight / own));
+    }
+    return;
+  }
+  for (const SliceTaps& slice : footprint.slices().subspan(1)) {
+    along_.emplace_back(slice.offset, static_cast<float>(slice.taps[0].weight));
+  }
+}
+
+std::vector<WeightedField> Sieve::fields_around(SliceIndex slice, Corner corner, const FieldOf& others) {
+  std::vector<WeightedField> around;
+  if (!layout_.whole()) windows_.resize(along_.size(), SliceField(layout_));
+  for (std::size_t k = 0; k < along_.size(); ++k) {
+    const SliceField& other = others(footprint_.extents().slice_at(slice, along_[k].first));
+    if (!layout_.whole()) windows_[k].copy_window(other, corner);
+    around.push_back({layout_.whole() ? &other : &windows_[k], along_[k].second});
+  }
+  return around;
+}
+
+void Sieve::bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others) {
+  const int count = map_.num_features();
+  const int lanes = static_cast<int>(num_lanes_);
+  const WeightedField self[] = {{&own, 1}};
+  sum_features(map_, layout_, self, sums_.data());
+  gather_cells(layout_, nullptr, lanes, count, sums_.data(), num_lanes_, features_.data()->lane);
+
+  std::vector<WeightedField> around = fields_around(slice, corner, others);
+  if (others_by_planes_ && !around.empty()) {
+    around.push_back(self[0]);
+    sum_features(map_, layout_, around, sums_.data());
+  } else if (!around.empty()) {
+    sum_features(map_, layout_, around, stack_.data());
+  }
+  fill_borders(layout_, count, sums_.data());
+  const bool in_place = filter_planes(filter_, layout_, count, sums_.data(), scratch_.data()) == sums_.data();
+  float* const filtered = in_place ? sums_.data() : scratch_.data();
+  for (std::size_t k = 0; k < stack_.size(); ++k) filtered[k] += stack_[k];
+  gather_cells(layout_, nullptr, lanes, count, filtered, num_lanes_, pulls_.data()->lane);
+  // The filter's centre is the cell itself, whose sample does not act on itself.
+  mix_cells(mixing_.data(), num_lanes_, layout_.width * layout_.height, features_.data()->lane, -centre_,
+            pulls_.data()->lane);
+}
+
+void Sieve::estimate(std::span<const CellPair> pairs, float* out) const {
+  estimate_swaps(features_.data()->lane, pulls_.data()->lane, num_lanes_, pairs, out);
+}
+
+void Sieve::swap(CellPair pair) {
+  float* const i = features_.data()->lane + std::int64_t{pair.i} * num_lanes_;
+  float* const j = features_.data()->lane + std::int64_t{pair.j} * num_lanes_;
+  mix_difference(mixing_.data(), num_lanes_, j, i, change_.data()->lane);
+  std::swap_ranges(i, i + num_lanes_, j);
+  add_at(pair.i, 1);
+  add_at(pair.j, -1);
+}
+
+void Sieve::add_at(Cell cell, float sign) {
+  const std::int64_t y = layout_.divider.y(cell);
+  add_footprint({rows_, weights_.data()}, layout_, cell - y * layout_.width, y, change_.data()->lane, sign, num_lanes_,
+                pulls_.data()->lane);
+}
+
+}  // namespace noiseloom
