@@ -28,7 +28,7 @@ SwapOptimizer::Impl::Impl(const ProblemSpec& p, const OptimizerSpec& o, const Sa
       members_are_coupled(o.method == Method::fast ||
                           (energy_footprint.couples_slices() && classes.front().size() > 1)),
       movers(o, energy_footprint, kernel, s, tiles.window(), t.num_threads()),
-      schedule(o.stop, visit_length(o, movers.use_features(), movers.use_sieve())),
+      schedule(o.stop, visit_length(o, p.extents.num_cells(), movers.use_features(), movers.use_sieve())),
       slices(score_footprint, layout, c, t) {
   if (FloatScore::fits(score_footprint, s.distance(), layout))
     float_score.emplace(score_footprint, s.distance(), layout);

@@ -15,7 +15,8 @@ SweepMovers::SweepMovers(const OptimizerSpec& optimizer, const Footprint& energy
       tile_(tile),
       num_threads_(num_threads),
       sieve_(features_of_sieve(optimizer, energy, kernel, source)),
-      features_wanted_(sieve_ ? num_features(optimizer, 0, true) : optimizer.background_features),
+      many_features_(wants_many_features(energy, sieve_.has_value())),
+      features_wanted_(num_features(optimizer, 0, many_features_)),
       features_(features_between_slices(optimizer, energy, kernel, source, features_wanted_)),
       partners_(partners_for(source.distance(), source.channels(), tile, 0)) {
   make_movers();
@@ -35,7 +36,7 @@ void SweepMovers::make_movers() {
 
 void SweepMovers::prepare(double fraction) {
   partners_ = partners_for(source_.distance(), source_.channels(), tile_, fraction);
-  const int wanted = num_features(optimizer_, fraction, use_sieve());
+  const int wanted = num_features(optimizer_, fraction, many_features_);
   if (!features_ || wanted == features_wanted_) return;
   features_wanted_ = wanted;
   anneal_movers_.clear();  // before the features that they look at

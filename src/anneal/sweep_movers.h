@@ -46,6 +46,7 @@ class SweepMovers {
   WindowSize tile_;
   int num_threads_;
   std::optional<FeatureMap> sieve_;
+  bool many_features_;
   int features_wanted_;
   std::optional<FeatureMap> features_;
   PartnerDraw partners_;

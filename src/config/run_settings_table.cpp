@@ -266,7 +266,8 @@ std::span<const Setting> all() {
       {.key = "optimizer.background_features",
        .type = Type::integer,
        .sentence = "Product filters over slices: features that stand for the other slices (four times as many in the "
-                   "last quarter, 64 in the last twentieth; with a sieve, four times from the start), so that a deep "
+                   "last quarter, 64 in the last twentieth; four times from the start where other slices count much "
+                   "and candidates are sieved), so that a deep "
                    "filter costs no more "
                    "than a shallow one. 0: every tap, exactly, as with precision \"double\".",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.background_features; },

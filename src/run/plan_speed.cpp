@@ -156,8 +156,9 @@ void measure_moves(const RunConfig& config, const FilterOutline& judged, const S
   field.fill(start_permutation(problem.seed, 0, problem.extents.cells_per_slice()), source.list(0));
   const ValueKernel kernel = make_value_kernel(problem, source.channels(), source.distance());
   const std::optional<FeatureMap> sieve = features_of_sieve(config.optimizer, footprint, kernel, source);
+  const bool many = wants_many_features(footprint, sieve.has_value());
   for (std::size_t k = 0; k < moments_of_run.size(); ++k) {
-    const int count = num_features(config.optimizer, moments_of_run[k], sieve.has_value());
+    const int count = num_features(config.optimizer, moments_of_run[k], many);
     const std::optional<FeatureMap> features =
         features_between_slices(config.optimizer, footprint, kernel, source, count);
     const auto delta = make_swap_delta(footprint, kernel, config.optimizer.precision, features ? &*features : nullptr,

@@ -149,7 +149,7 @@ void SwapPlan::describe() {
   plan_.tile_height = tiles_.window().height;
   plan_.num_tiles = tiles_.num_tiles();
   plan_.num_classes = std::ssize(classes_);
-  plan_.iterations_per_sweep = visit_length(optimizer_, with_features(), with_sieve());
+  plan_.iterations_per_sweep = visit_length(optimizer_, extents_.num_cells(), with_features(), with_sieve());
 
   const auto effect = [&](const char* name, bool on, std::string why) {
     plan_.effects.push_back({name, on, std::move(why)});

@@ -274,11 +274,38 @@ TEST(SwapChoices, SieveWhereTapsCostMuch) {
 TEST(SwapChoices, VisitsAreLongerWithASieve) {
   OptimizerSpec optimizer;
   optimizer.stop.iterations = 2000;
-  EXPECT_EQ(visit_length(optimizer, false, false), 8);
-  EXPECT_EQ(visit_length(optimizer, true, false), 16);
-  EXPECT_EQ(visit_length(optimizer, true, true), 32);
+  constexpr std::int64_t cells = 128 * 128 * 32;
+  EXPECT_EQ(visit_length(optimizer, cells, false, false), 8);
+  EXPECT_EQ(visit_length(optimizer, cells, true, false), 16);
+  EXPECT_EQ(visit_length(optimizer, cells, true, true), 32);
   optimizer.stop.iterations = 100;
-  EXPECT_EQ(visit_length(optimizer, true, true), 4);
+  EXPECT_EQ(visit_length(optimizer, cells, true, true), 4);
+}
+
+// A run that ends in time has sweeps enough to cool in.
+TEST(SwapChoices, VisitsAreShorterWhereTimeIsShort) {
+  OptimizerSpec optimizer;
+  optimizer.stop = {0, 60, 0, 0};
+  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 31);
+  EXPECT_EQ(visit_length(optimizer, 128 * 128, false, true), 32);
+  optimizer.stop.time_s = 15;
+  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 7);
+  optimizer.stop.time_s = 1;
+  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 4);
+  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, false), 8);
+  optimizer.stop = {0, 0, 0.1, 0};
+  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 16);
+}
+
+TEST(SwapChoices, ManyFeaturesWhereOtherSlicesCountMuch) {
+  const auto wants = [](const KernelSpec& temporal, bool with_sieve) {
+    return wants_many_features(
+        Footprint(Extents({16, 16, 32}), product({group({0, 1}, gauss(1)), group({2}, temporal)})), with_sieve);
+  };
+  EXPECT_TRUE(wants(gauss(1), true));
+  EXPECT_FALSE(wants(gauss(1), false));
+  EXPECT_FALSE(wants(ema(0.1, 0.1), true));
+  EXPECT_FALSE(wants_many_features(Footprint(Extents({16, 16}), product({group({0, 1}, gauss(1))})), true));
 }
 
 }  // namespace

@@ -147,7 +147,7 @@ CONFIGS = {
 
 # The number of the algorithm of each method that the checksums below belong to.
 ALGORITHMS = {
-    "anneal": 3,  # anneal_algorithm in include/noiseloom/anneal/swap_optimizer.h
+    "anneal": 4,  # anneal_algorithm in include/noiseloom/anneal/swap_optimizer.h
     "fast": 2,  # fast_algorithm, there too
     "void-and-cluster": 2,  # void_and_cluster_algorithm in include/noiseloom/construct/void_and_cluster.h
     "construct": 1,  # construct_algorithm in include/noiseloom/construct/slice_construction.h
@@ -163,18 +163,18 @@ CHECKSUMS = {
     "circle, product over a deep axis": ("737e0f6c6c0948e8",),
     "circle, tiles": ("8be3a93ba151efcc",),
     "vector2, stbn, sum of two groups": ("3031c46b7161d09e",),
-    "vector2, stbn, product over a deep axis": ("af389546a1ec5b5a",),
+    "vector2, stbn, product over a deep axis": ("e7256cfd0a2e1bec",),
     "vector3, product over a deep axis": ("ddd5d180432944ad",),
     "vector3, double precision": ("971f847ba8c525da",),
     "vector4, sum with weights over two slice axes": ("6be3510fb73b3cf7",),
     "vector8, box": ("6eeb7ff935f865e4",),
-    "sphere, cutoff": ("5ce50a0b7670ec27",),
+    "sphere, cutoff": ("012aea78e5aa7b47",),
     "hemisphere, product over three slice axes": ("db3cbc1a57a6febc",),
-    "hemisphere-cosine, product over a deep axis": ("80d222bfcdceea14",),
+    "hemisphere-cosine, product over a deep axis": ("e702cdb4372fcf12",),
     "disk, table of two dimensions": ("36ad9b62fef77e45",),
     "list of scalars, table of one dimension": ("9fa0e3712f73f650",),
     "list on the circle": ("1c1a11c852f80d2d",),
-    "list of unit vectors": ("11fc4f7c61956721",),
+    "list of unit vectors": ("60a4d4c94ac5d292",),
     "list of points for each slice": ("e77b0ce79b342207",),
     "stop by score": ("de2b047db602ea03",),
     "stop by improvement": ("df0bc80fbc341c6a",),

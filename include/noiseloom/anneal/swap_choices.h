@@ -38,17 +38,19 @@ std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer
                                                   const ValueKernel& kernel, const SampleSource& source, int count);
 // How many features stand for the other slices where a round is `fraction` through: as many as the config says, four
 // times as many in the last quarter, which is cold enough for what the first ones miss to count, and all that there can
-// be in the last twentieth. With a sieve, few candidates are judged: four times as many from the start, and all in the
-// last quarter.
-int num_features(const OptimizerSpec& optimizer, double fraction, bool with_sieve);
+// be in the last twentieth. `many`: four times as many from the start, and all in the last quarter.
+int num_features(const OptimizerSpec& optimizer, double fraction, bool many);
+// Whether other slices count so much, and a sieve makes features so cheap, that many of them pay.
+bool wants_many_features(const Footprint& footprint, bool with_sieve);
 // Whether candidates are estimated before they are judged, from what is known of the footprint: whether a Sieve serves
 // it, and whether its taps cost so much that estimates pay.
 bool wants_sieve(const OptimizerSpec& optimizer, const ValueKernel& kernel, bool is_served, std::int64_t own_taps);
 // The features that estimates are made with; nothing where candidates are all judged.
 std::optional<FeatureMap> features_of_sieve(const OptimizerSpec& optimizer, const Footprint& footprint,
                                             const ValueKernel& kernel, const SampleSource& source);
-// Iterations that one visit of a slice makes.
-std::int64_t visit_length(const OptimizerSpec& optimizer, bool with_background, bool with_sieve);
+// Iterations that one visit of a slice makes, of a texture of so many cells.
+std::int64_t visit_length(const OptimizerSpec& optimizer, std::int64_t num_cells, bool with_background,
+                          bool with_sieve);
 
 // How many iterations take as long as one evaluation of R, from counts of taps: of those of R, which is found in float
 // or in double, and of those that a candidate is judged with. No measurement, so that the history is the same

@@ -35,7 +35,8 @@ namespace noiseloom {
 //   features
 //   3, anneal alone: vectors and directions are estimated before they are judged, visited for longer, and have more
 //   features between slices
-inline constexpr std::int64_t anneal_algorithm = 3;
+//   4, anneal alone: these have more features where other slices count much, not elsewhere
+inline constexpr std::int64_t anneal_algorithm = 4;
 inline constexpr std::int64_t fast_algorithm = 2;
 
 // Of the last sweep.
