@@ -33,7 +33,7 @@ DeltaFields::DeltaFields(const Footprint& footprint, int channels, WindowSize wi
 void DeltaFields::plan_others() {
   std::vector<PlaneTap> stack;
   for (const SliceTaps& slice : footprint_.slices().subspan(1)) {
-    if (slice.is_of_same_pixel()) {
+    if (same_pixel_only(slice)) {
       stack.push_back({static_cast<std::int32_t>(stacked_.size()), 0, slice.taps[0].weight});
       stacked_.push_back(slice.offset);
     } else {

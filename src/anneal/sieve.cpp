@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
+
+#include "anneal/tap_plan.h"
 
 namespace noiseloom {
 namespace {
 
 // Of a plane that is nearly a product of its rows and columns (a cut-off took its corners); features miss more.
-constexpr double estimate_separable_within = 3e-4;
+constexpr double nearly_separable_within = 3e-4;
 
 double weight_at(std::span<const PlaneTap> taps, std::int32_t dx, std::int32_t dy) {
   const auto tap = std::find_if(taps.begin(), taps.end(), [&](const PlaneTap& t) { return t.dx == dx && t.dy == dy; });
@@ -27,8 +28,7 @@ double centre_of(std::span<const PlaneTap> taps, double weight_zero) {
 
 bool Sieve::serves(const Footprint& footprint) {
   const auto others = footprint.slices().subspan(1);
-  return footprint.factors().has_value() ||
-         std::all_of(others.begin(), others.end(), std::mem_fn(&SliceTaps::is_of_same_pixel));
+  return footprint.factors().has_value() || std::all_of(others.begin(), others.end(), same_pixel_only);
 }
 
 Sieve::Sieve(const Footprint& footprint, const FeatureMap& map, WindowSize window)
@@ -61,7 +61,7 @@ void Sieve::plan_own(const Footprint& footprint) {
   const double centre = centre_of(taps, footprint.weight_zero());
   centre_ = static_cast<float>(centre);
   taps.push_back({0, 0, centre});
-  filter_ = make_plane_filter(taps, layout_, estimate_separable_within);
+  filter_ = make_plane_filter(taps, layout_, nearly_separable_within);
 }
 
 void Sieve::plan_others(const Footprint& footprint) {

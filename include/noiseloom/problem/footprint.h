@@ -49,8 +49,6 @@ struct PlaneTap {
 struct SliceTaps {
   Extents::SliceCoord offset;
   std::vector<PlaneTap> taps;  // ordered by (dy, dx)
-
-  bool is_of_same_pixel() const { return taps.size() == 1 && taps[0].dx == 0 && taps[0].dy == 0; }
 };
 
 class Footprint {
