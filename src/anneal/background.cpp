@@ -99,11 +99,11 @@ void Background::bind(SliceIndex slice, Corner corner, const SliceField& own, co
   sum_features(map_, layout_, around, sums_.data());
   fill_borders(layout_, count, sums_.data());
   const float* filtered = filter_planes(filter_, layout_, count, sums_.data(), scratch_.data());
-  gather_cells(layout_, mixing_.data(), lanes, count, filtered, 2 * num_lanes_, cells_.data()->lane + num_lanes_);
+  gather_cells(layout_, mixing_.data(), lanes, count, filtered, 2 * num_lanes_, values() + num_lanes_);
 }
 
 void Background::swap(CellPair pair) {
-  float* const cells = cells_.data()->lane;
+  float* const cells = values();
   float* const i = cells + std::int64_t{pair.i} * 2 * num_lanes_;
   std::swap_ranges(i, i + num_lanes_, cells + std::int64_t{pair.j} * 2 * num_lanes_);
 }

@@ -10,10 +10,6 @@ std::int64_t round_up(std::int64_t n, std::size_t multiple) {
   return (n + m - 1) / m * m;
 }
 
-bool same_pixel_only(const SliceTaps& slice) {
-  return slice.taps.size() == 1 && slice.taps[0].dx == 0 && slice.taps[0].dy == 0;
-}
-
 }  // namespace
 
 DeltaFields::DeltaFields(const Footprint& footprint, int channels, WindowSize window, bool with_others)

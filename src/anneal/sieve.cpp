@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "anneal/tap_plan.h"
+
 namespace noiseloom {
 namespace {
 
 // Of a plane that is nearly a product of its rows and columns (a cut-off took its corners); features miss more.
-constexpr double separable_within = 3e-4;
-
-bool same_pixel_only(const SliceTaps& slice) {
-  return slice.taps.size() == 1 && slice.taps[0].dx == 0 && slice.taps[0].dy == 0;
-}
+constexpr double nearly_separable_within = 3e-4;
 
 double weight_at(std::span<const PlaneTap> taps, std::int32_t dx, std::int32_t dy) {
   const auto tap = std::find_if(taps.begin(), taps.end(), [&](const PlaneTap& t) { return t.dx == dx && t.dy == dy; });
@@ -63,7 +61,7 @@ void Sieve::plan_own(const Footprint& footprint) {
   const double centre = centre_of(taps, footprint.weight_zero());
   centre_ = static_cast<float>(centre);
   taps.push_back({0, 0, centre});
-  filter_ = make_plane_filter(taps, layout_, separable_within);
+  filter_ = make_plane_filter(taps, layout_, nearly_separable_within);
 }
 
 void Sieve::plan_others(const Footprint& footprint) {

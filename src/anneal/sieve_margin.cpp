@@ -9,7 +9,7 @@ namespace {
 
 // Of the error's root mean square. Measured for the lowest R at equal time, on vector2 gauss 1 x gauss 1, directions
 // box 5 x ema and vector2 gauss 1 + ema: 0.15 to 0.35 are alike; 0 costs 2 %, 1.5 half of what the sieve gains.
-constexpr double margin = 0.25;
+constexpr double margin_share = 0.25;
 // A bin with few candidates is taken for one like all.
 constexpr double weight_of_all = 2;
 // Worse than that, an estimate says too little: an error of half the change itself.
@@ -30,7 +30,7 @@ void SieveMargin::conclude() {
   const bool useful = count > 0 && errors <= most_error_share * squared_changes_;
   for (std::size_t k = 0; k < num_bins; ++k) {
     const double mean = (squared_errors_[k] + weight_of_all * errors / count) / (counts_[k] + weight_of_all);
-    margins_[k] = useful ? margin * std::sqrt(mean) : std::numeric_limits<double>::infinity();
+    margins_[k] = useful ? margin_share * std::sqrt(mean) : std::numeric_limits<double>::infinity();
   }
 }
 

@@ -34,6 +34,11 @@ struct TapBlocks {
   bool empty() const { return full.empty() && split.empty(); }
 };
 
+// Whether a slice acts through the pixel at the same place alone.
+inline bool same_pixel_only(const SliceTaps& slice) {
+  return slice.taps.size() == 1 && slice.taps[0].dx == 0 && slice.taps[0].dy == 0;
+}
+
 // Rows only.
 TapBlocks plan_rows(std::span<const PlaneTap> taps, std::int64_t stride);
 

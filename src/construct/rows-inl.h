@@ -17,7 +17,7 @@ HWY_BEFORE_NAMESPACE();
 namespace noiseloom::rows::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Rows of weights are padded with as many zeros.
+// Behind each row of weights as many words can be read; a whole number of vectors that holds the row ends in zeros.
 using Lanes = hn::CappedTag<std::uint32_t, 16>;
 
 // The set lanes of a mask, as bits.

@@ -143,6 +143,7 @@ StampKernel::StampKernel(const Extents& extents, const FilterSpec& filter, doubl
       stamps_.push_back(std::move(stamp));
     }
   }
+  weights_.resize(weights_.size() + vector_words);
 }
 
 }  // namespace noiseloom

@@ -45,7 +45,9 @@ struct SliceStamp {
 
 class StampKernel {
  public:
-  static constexpr std::size_t vector_words = 16;  // rows of weights are filled up with zeros to a multiple of these
+  // Rows of weights are filled up with zeros to a multiple of these, and as many follow the last row: a row that goes
+  // on at the other side of the plane is read in two parts, of which the second begins anywhere in it.
+  static constexpr std::size_t vector_words = 16;
 
   // Requires sharpness > 0. Reads table files where the spec does not hold their contents (UserError).
   StampKernel(const Extents& extents, const FilterSpec& filter, double sharpness);

@@ -12,7 +12,7 @@ namespace noiseloom {
 namespace {
 
 TEST(Involution, IsItsOwnInverseWithFewFixedPoints) {
-  for (const std::uint64_t n : {1, 2, 3, 5, 16, 17, 64, 101, 1000, 4096, 10007}) {
+  for (const std::uint64_t n : std::vector<std::uint64_t>{1, 2, 3, 5, 16, 17, 64, 101, 1000, 4096, 10007}) {
     for (std::uint32_t sweep = 0; sweep < 5; ++sweep) {
       const Involution rho(7, 3, sweep, n);
       std::uint64_t fixed = 0;
@@ -29,7 +29,7 @@ TEST(Involution, IsItsOwnInverseWithFewFixedPoints) {
 }
 
 TEST(Involution, SigmaIsAPermutation) {
-  for (const std::uint64_t n : {2, 3, 17, 101, 256, 10007}) {
+  for (const std::uint64_t n : std::vector<std::uint64_t>{2, 3, 17, 101, 256, 10007}) {
     const Involution rho(1, 0, 0, n);
     std::set<std::uint64_t> images;
     for (std::uint64_t i = 0; i < n; ++i) {

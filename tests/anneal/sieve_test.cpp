@@ -31,7 +31,7 @@ struct SieveCase {
 
 FilterSpec weighted_sum(std::vector<GroupSpec> groups) { return {Combine::sum, std::move(groups)}; }
 
-std::vector<SieveCase> cases() {
+std::vector<SieveCase> sieve_cases() {
   return {{"one slice", Extents({19, 17}), product({group({0, 1}, gauss(0.8))})},
           {"gauss x ema", Extents({19, 17, 5}), product({group({0, 1}, gauss(0.8)), group({2}, ema(0.1, 0.1))})},
           {"box x box over two slice axes, folded", Extents({5, 7, 3, 2}),
@@ -74,7 +74,7 @@ std::vector<CellPair> some_pairs(Cell cells) {
 
 // After swaps too, and of a direct neighbour.
 TEST(Sieve, EstimatesTheChangeByTheLowRankKernelOfAllSlices) {
-  for (const SieveCase& one : cases()) {
+  for (const SieveCase& one : sieve_cases()) {
     for (const Space& space : test::all_spaces()) {
       SCOPED_TRACE(one.name + " " + space.name);
       const Footprint footprint(one.extents, one.filter, one.cutoff);
@@ -139,7 +139,7 @@ TEST(Sieve, OfAWindowEstimatesAsOfTheWholeSlice) {
 }
 
 TEST(Sieve, HasTheSameBitsOnAllInstructionSets) {
-  for (const SieveCase& one : cases()) {
+  for (const SieveCase& one : sieve_cases()) {
     const Footprint footprint(one.extents, one.filter, one.cutoff);
     const ValueKernel kernel = test::kernel_of(test::all_spaces()[9], ValueKernelKind::distance, 3);
     const Texture texture(footprint, kernel, 5);

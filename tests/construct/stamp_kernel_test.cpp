@@ -34,6 +34,7 @@ std::vector<std::int64_t> weights_of(const StampKernel& kernel) {
       }
       const std::size_t vector = StampKernel::vector_words;
       const std::size_t padded = (static_cast<std::size_t>(row.lo + row.hi) / vector + 1) * vector;
+      EXPECT_LE(row.first + padded + vector, kernel.weights().size()) << "a part of the row is read past the end";
       for (std::size_t k = 0; k < padded; ++k) {
         const auto weight = static_cast<std::int32_t>(kernel.weights().at(row.first + k));
         const std::int64_t dx = static_cast<std::int64_t>(k) - row.lo;

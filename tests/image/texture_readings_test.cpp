@@ -65,7 +65,7 @@ TEST(Headerless, FourBytesForTwoValuesAreAskedFor) {
   const TemporaryFolder folder;
   const RunConfig config = small_config("vector2", "x = 11, y = 7");
   std::string bytes;
-  for (std::size_t i = 0; i < 77 * 4; ++i) bytes += static_cast<char>(256 * noise(i));
+  for (std::size_t i = 0; i < 77 * 4; ++i) bytes += static_cast<char>(static_cast<std::uint8_t>(256 * noise(i)));
   write_bytes(folder / "a.raw", bytes);
   EXPECT_THAT(error_of(folder / "a.raw", config),
               AllOf(HasSubstr("--type uint8x4"), HasSubstr("--type uint16x2"), HasSubstr("--type uint16bex2")));
