@@ -11,18 +11,24 @@ namespace noiseloom {
 void SwapOptimizer::Impl::begin_sweep(double seconds) {
   if (optimizer.stop.time_s > 0) state.elapsed_s = communicator.broadcast(seconds);
   prepare_movers();
-  const double fraction = joined_fraction(state.join, moment().fraction);
-  const TemperatureRange range = state.is_cold != 0 ? cold_range() : temperature_range(optimizer);
-  state.temperature = state.mean_magnitude * temperature_at(range.start, range.end, fraction);
+  const Heat heat = this->heat();
+  const TemperatureRange range = heat.cold ? cold_range() : temperature_range(optimizer);
+  state.temperature = state.mean_magnitude * temperature_at(range.start, range.end, heat.fraction);
   own_accepted = own_candidates = 0;
 }
 
-// In the cold partners draw nearer than they do at the end of a schedule, and the other slices are seen as sharply as
-// there from the start.
+SwapOptimizer::Impl::Heat SwapOptimizer::Impl::heat() const {
+  const double fraction = moment().fraction;
+  if (state.is_cold != 0) return {true, fraction};
+  const double share = cooling_share(optimizer, energy_footprint.couples_slices());
+  if (fraction < share) return {false, joined_fraction(state.join, fraction / share)};
+  return {share < 1, share < 1 ? (fraction - share) / (1 - share) : 1};
+}
+
+// In the cold partners draw nearer than they do before it, and the other slices are seen as sharply as can be.
 void SwapOptimizer::Impl::prepare_movers() {
-  const double fraction = joined_fraction(state.join, moment().fraction);
-  const bool cold = state.is_cold != 0;
-  movers.prepare(cold ? cold_step_fraction(fraction) : fraction, cold ? 1 : fraction);
+  const Heat heat = this->heat();
+  movers.prepare(heat.cold ? cold_step_fraction(heat.fraction) : heat.fraction, heat.cold ? 1 : heat.fraction);
 }
 
 VisitResult SwapOptimizer::Impl::visit(SliceIndex slice, int tile, int worker) {

@@ -37,6 +37,11 @@ TemperatureRange temperature_range(const OptimizerSpec& optimizer) {
 
 TemperatureRange cold_range() { return {1e-4, 1e-5}; }
 
+double cooling_share(const OptimizerSpec& optimizer, bool couples_slices) {
+  const bool given = optimizer.temperature_start > 0 || optimizer.temperature_end > 0;
+  return given || couples_slices ? 1 : 0.97;
+}
+
 double cold_step_fraction(double fraction) { return 2 * fraction; }
 
 std::int64_t cold_visit_length(const OptimizerSpec& optimizer, std::int64_t num_cells, bool with_background,

@@ -58,6 +58,12 @@ struct SwapOptimizer::Impl {
   Moment moment() const { return schedule.moment(state.sweep, state.elapsed_s, state.begun_s); }
 
   // class_step.cpp
+  // Where in its schedule a sweep is, or in the cold that every round ends with.
+  struct Heat {
+    bool cold;
+    double fraction;
+  };
+  Heat heat() const;
   void prepare_movers();
   void begin_sweep(double seconds);
   void move(const std::vector<SliceIndex>& moving);

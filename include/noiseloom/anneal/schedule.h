@@ -8,7 +8,8 @@
 //   stop.improvement   the same rounds; ends when the longer half of a round has lowered R by less than the given
 //                      fraction for every hundred iterations that it took
 //
-// Temperatures fall geometrically over a round: T = start (end / start)^fraction.
+// Temperatures fall geometrically over a round: T = start (end / start)^fraction. Rounds of slices that do not act on
+// each other spend their last part in the cold (swap_choices.h).
 #pragma once
 
 #include <cstdint>

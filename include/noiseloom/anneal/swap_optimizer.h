@@ -36,7 +36,8 @@ namespace noiseloom {
 //   3, anneal alone: vectors and directions are estimated before they are judged, visited for longer, and have more
 //   features between slices
 //   4, anneal alone: these have more features where other slices count much, not elsewhere
-inline constexpr std::int64_t anneal_algorithm = 4;
+//   5, anneal alone: rounds of slices that do not act on each other end in the cold
+inline constexpr std::int64_t anneal_algorithm = 5;
 inline constexpr std::int64_t fast_algorithm = 2;
 
 // Of a slice: the id of the sample of every cell.
