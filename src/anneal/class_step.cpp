@@ -10,11 +10,19 @@ namespace noiseloom {
 
 void SwapOptimizer::Impl::begin_sweep(double seconds) {
   if (optimizer.stop.time_s > 0) state.elapsed_s = communicator.broadcast(seconds);
-  const double fraction = moment().fraction;
-  movers.prepare(fraction);
-  const TemperatureRange range = temperature_range(optimizer);
+  prepare_movers();
+  const double fraction = joined_fraction(state.join, moment().fraction);
+  const TemperatureRange range = state.is_cold != 0 ? cold_range() : temperature_range(optimizer);
   state.temperature = state.mean_magnitude * temperature_at(range.start, range.end, fraction);
   own_accepted = own_candidates = 0;
+}
+
+// In the cold partners draw nearer than they do at the end of a schedule, and the other slices are seen as sharply as
+// there from the start.
+void SwapOptimizer::Impl::prepare_movers() {
+  const double fraction = joined_fraction(state.join, moment().fraction);
+  const bool cold = state.is_cold != 0;
+  movers.prepare(cold ? cold_step_fraction(fraction) : fraction, cold ? 1 : fraction);
 }
 
 VisitResult SwapOptimizer::Impl::visit(SliceIndex slice, int tile, int worker) {

@@ -33,6 +33,17 @@ void HeldSlices::fill(const SampleSource& source,
                       const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation_of) {
   const std::vector<SliceIndex> slices = indices();
   for (const SliceIndex slice : slices) fields_.emplace(slice, layout_);
+  lay_out(slices, source, permutation_of);
+}
+
+void HeldSlices::put_back(const SampleSource& source,
+                          const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation_of) {
+  const IndexRange<SliceIndex> own = distribution_.own_slices();
+  lay_out({own.begin(), own.end()}, source, permutation_of);
+}
+
+void HeldSlices::lay_out(const std::vector<SliceIndex>& slices, const SampleSource& source,
+                         const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation_of) {
   pool_.for_each(std::ssize(slices), [&](std::int64_t index, int) {
     const SliceIndex slice = slices[static_cast<std::size_t>(index)];
     std::vector<std::uint32_t> ids = permutation_of(slice);

@@ -35,7 +35,7 @@ class HeldSlices {
   // Own slices, then the others, each ascending.
   std::vector<SliceIndex> indices() const;
 
-  // Lays the samples of every held slice out as `permutation_of` says. Once, before all that follows.
+  // Lays the samples of every held slice out as `permutation_of` says. Before all that follows.
   void fill(const SampleSource& source, const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation_of);
   const SliceField& field(SliceIndex slice) const { return fields_.at(slice); }
   FieldOf fields() const {
@@ -44,6 +44,10 @@ class HeldSlices {
   const std::vector<std::uint32_t>& permutation(SliceIndex slice) const {
     return permutations_[distribution_.local_slice_from_global(slice)];
   }
+
+  // Lays own slices out anew. Copies of them stay as they are.
+  void put_back(const SampleSource& source,
+                const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation_of);
 
   // Swaps of an own slice. Calls for different cells may run at the same time.
   void carry_out(SliceIndex slice, std::span<const Swap> swaps);
@@ -56,6 +60,9 @@ class HeldSlices {
   bool is_behind(SliceIndex slice) const { return exchange_.pending(slice); }
 
  private:
+  void lay_out(const std::vector<SliceIndex>& slices, const SampleSource& source,
+               const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation_of);
+
   ThreadPool& pool_;
   const FieldLayout& layout_;
   Distribution distribution_;

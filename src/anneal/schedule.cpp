@@ -39,11 +39,12 @@ std::int64_t Schedule::iterations_before(std::int64_t sweep) const {
   return stop_.iterations > 0 ? std::min(iterations, stop_.iterations) : iterations;
 }
 
-Moment Schedule::moment(std::int64_t sweep, double elapsed_s) const {
+Moment Schedule::moment(std::int64_t sweep, double elapsed_s, double begun_s) const {
   Moment moment;
   moment.sweep_in_round = sweep;
   if (stop_.time_s > 0) {
-    moment.fraction = std::clamp(elapsed_s / stop_.time_s, 0.0, 1.0);
+    const double time_s = stop_.time_s - begun_s;
+    moment.fraction = time_s > 0 ? std::clamp((elapsed_s - begun_s) / time_s, 0.0, 1.0) : 1;
     return moment;
   }
   moment.round_length = first_round_;
@@ -74,6 +75,8 @@ std::string Schedule::ended_by(const Moment& moment, double relative_error, doub
   }
   return "";
 }
+
+double joined_fraction(double join, double fraction) { return join + (1 - join) * fraction; }
 
 double temperature_at(double start, double end, double fraction) {
   return start * math::exp(fraction * math::log(end / start));

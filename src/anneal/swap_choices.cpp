@@ -35,6 +35,17 @@ TemperatureRange temperature_range(const OptimizerSpec& optimizer) {
           optimizer.temperature_end > 0 ? optimizer.temperature_end : 8e-4};
 }
 
+TemperatureRange cold_range() { return {1e-4, 1e-5}; }
+
+double cold_step_fraction(double fraction) { return 2 * fraction; }
+
+std::int64_t cold_visit_length(const OptimizerSpec& optimizer, std::int64_t num_cells, bool with_background,
+                               bool with_sieve) {
+  if (!with_background) return visit_length(optimizer, num_cells, with_background, with_sieve);
+  constexpr std::int64_t longest = 32;
+  return optimizer.stop.iterations == 0 ? longest : std::clamp<std::int64_t>(optimizer.stop.iterations / 8, 1, longest);
+}
+
 StepRange step_range(DistanceKind kind, int channels, double fraction) {
   const auto [start, end] = step_schedule(kind, channels);
   const auto between = [fraction](double from, double to) { return from * math::exp(fraction * math::log(to / from)); };

@@ -53,34 +53,83 @@ SwapOptimizer::~SwapOptimizer() = default;
 
 void SwapOptimizer::start() {
   const ProblemSpec& problem = impl_->problem;
-  SwapState& state = impl_->state;
   impl_->slices.fill(impl_->source, [&](SliceIndex slice) {
     return start_permutation(problem.seed, slice, problem.extents.cells_per_slice());
   });
-  state.mean_distance = mean_distance(impl_->source, impl_->communicator, impl_->pool);
-  state.fraction = impl_->optimizer.fraction;
-  if (impl_->optimizer.method == Method::anneal) state.mean_magnitude = impl_->mean_magnitude();
-  const StopSpec& stop = impl_->optimizer.stop;
+  if (impl_->optimizer.method == Method::anneal) impl_->state.mean_magnitude = impl_->mean_magnitude();
+  impl_->score_start(0);
+}
+
+void SwapOptimizer::start_from(const PermutationOf& permutation, double seconds) {
+  NOISELOOM_CHECK(impl_->optimizer.method == Method::anneal);
+  // The unit of temperature is that of the problem, whatever its arrangement.
+  const ProblemSpec& problem = impl_->problem;
+  impl_->slices.fill(impl_->source, [&](SliceIndex slice) {
+    return start_permutation(problem.seed, slice, problem.extents.cells_per_slice());
+  });
+  SwapState& state = impl_->state;
+  state.mean_magnitude = impl_->mean_magnitude();
+  impl_->slices.fill(impl_->source, permutation);
+  impl_->keep_given([&](SliceIndex slice) { return impl_->slices.permutation(slice); });
+  state.is_given = 1;
+  state.begun_s = impl_->communicator.broadcast(seconds);
+  impl_->score_start(state.begun_s);
+  score_now();
+  state.given_error = state.history.back().relative_error = state.relative_error;
+  const double limit_s = impl_->optimizer.stop.time_s;
+  if (limit_s > 0 && state.finished.empty() && state.begun_s >= limit_s) state.finished = ended::by_time;
+}
+
+void SwapOptimizer::join_schedule(double fraction) {
+  NOISELOOM_CHECK(impl_->state.sweep == 0 && impl_->state.step == 0);
+  impl_->state.join = impl_->communicator.broadcast(fraction);
+}
+
+void SwapOptimizer::join_cold() {
+  NOISELOOM_CHECK(impl_->state.sweep == 0 && impl_->state.step == 0);
+  impl_->state.is_cold = 1;
+  impl_->schedule = Schedule(impl_->optimizer.stop, iterations_per_sweep(true));
+}
+
+std::int64_t SwapOptimizer::iterations_per_sweep(bool cold) const {
+  const bool features = impl_->movers.use_features();
+  const bool sieve = impl_->movers.use_sieve();
+  const std::int64_t cells = impl_->problem.extents.num_cells();
+  return cold ? cold_visit_length(impl_->optimizer, cells, features, sieve)
+              : visit_length(impl_->optimizer, cells, features, sieve);
+}
+
+void SwapOptimizer::Impl::keep_given(const PermutationOf& permutation) {
+  given = IndexedVector<LocalSlice, std::vector<std::uint32_t>>(static_cast<std::size_t>(slices.num_own()));
+  for (const SliceIndex slice : slices.distribution().own_slices()) {
+    given[slices.distribution().local_slice_from_global(slice)] = permutation(slice);
+  }
+}
+
+void SwapOptimizer::Impl::score_start(double seconds) {
+  state.mean_distance = mean_distance(source, communicator, pool);
+  state.fraction = optimizer.fraction;
+  const StopSpec& stop = optimizer.stop;
   // A run that must end in time has to know how long its last score will take.
-  impl_->score(stop.time_s > 0 ? Impl::Exactness::exact : Impl::Exactness::quick, 0);
+  score(stop.time_s > 0 ? Exactness::exact : Exactness::quick, seconds);
   // A run ends by the exact score alone, its start included.
-  if (stop.score > 0 && state.relative_error <= stop.score && !impl_->score_is_exact)
-    impl_->score(Impl::Exactness::exact, 0);
-  impl_->add_row(0);
+  if (stop.score > 0 && state.relative_error <= stop.score && !score_is_exact) score(Exactness::exact, seconds);
+  add_row(seconds);
   if (stop.iterations > 0) return;
   const bool can_swap = problem.extents.cells_per_slice() > 1 && state.mean_distance > 0;
   if (!can_swap) state.finished = ended::nothing_to_swap;
   if (stop.score > 0 && state.relative_error <= stop.score) state.finished = ended::by_score;
 }
 
-void SwapOptimizer::restore(const SwapState& state,
-                            const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation) {
+void SwapOptimizer::restore(const SwapState& state, const PermutationOf& permutation, const PermutationOf& given) {
   impl_->state = state;
+  impl_->schedule = Schedule(impl_->optimizer.stop, iterations_per_sweep(state.is_cold != 0));
   impl_->state.iterations = impl_->schedule.iterations_before(state.sweep);
   // Counts of the present sweep live on one rank, so that their sum stays what it was.
   if (!impl_->communicator.is_root()) impl_->state.accepted = impl_->state.candidates = 0;
   impl_->slices.fill(impl_->source, permutation);
-  impl_->movers.prepare(impl_->moment().fraction);
+  if (state.is_given != 0) impl_->keep_given(given);
+  impl_->prepare_movers();
   impl_->score_is_exact = !impl_->float_score;  // the state does not say
   const HistoryRow& last = impl_->state.history.back();
   impl_->figures = {last.temperature, last.acceptance};
@@ -90,7 +139,11 @@ void SwapOptimizer::restore(const SwapState& state,
 
 void SwapOptimizer::step(double seconds) {
   NOISELOOM_CHECK(!finished());
-  if (impl_->state.step == 0) impl_->begin_sweep(seconds);
+  if (impl_->state.step == 0) {
+    impl_->begin_sweep(seconds);
+  } else if (impl_->is_out_of_time(seconds)) {
+    return impl_->end_sweep(seconds);  // cut short, and counted as a whole one
+  }
   impl_->move(impl_->classes[static_cast<std::size_t>(impl_->state.step)]);
   ++impl_->state.step;
   if (impl_->state.step == num_classes()) impl_->end_sweep(seconds);
@@ -124,10 +177,15 @@ double SwapOptimizer::relative_error() {
 }
 
 std::vector<SliceIndex> SwapOptimizer::slices_held() const { return impl_->slices.indices(); }
+Method SwapOptimizer::method() const { return impl_->optimizer.method; }
 bool SwapOptimizer::finished() const { return !impl_->state.finished.empty(); }
 const std::string& SwapOptimizer::finished_by() const { return impl_->state.finished; }
 const std::vector<HistoryRow>& SwapOptimizer::history() const { return impl_->state.history; }
 const SweepFigures& SwapOptimizer::last_sweep() const { return impl_->figures; }
+bool SwapOptimizer::has_given() const { return impl_->state.is_given != 0; }
+double SwapOptimizer::join() const { return impl_->state.join; }
+bool SwapOptimizer::is_cold() const { return impl_->state.is_cold != 0; }
+bool SwapOptimizer::kept_given() const { return impl_->state.given_kept != 0; }
 double SwapOptimizer::last_score() const { return impl_->state.relative_error; }
 std::int64_t SwapOptimizer::last_score_at_iteration() const { return impl_->state.scored_iterations; }
 bool SwapOptimizer::last_score_is_current() const { return impl_->state.score_is_current(); }
@@ -149,6 +207,10 @@ std::int64_t SwapOptimizer::candidates_done() const { return impl_->candidates_d
 
 const std::vector<std::uint32_t>& SwapOptimizer::permutation(SliceIndex slice) const {
   return impl_->slices.permutation(slice);
+}
+
+const std::vector<std::uint32_t>& SwapOptimizer::given_permutation(SliceIndex slice) const {
+  return impl_->given[distribution().local_slice_from_global(slice)];
 }
 
 std::vector<float> SwapOptimizer::samples(SliceIndex slice) const {

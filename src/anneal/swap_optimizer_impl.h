@@ -37,6 +37,9 @@ struct SwapOptimizer::Impl {
   HeldSlices slices;
   std::optional<FloatScore> float_score;  // where it is exact enough
 
+  // The permutations of own slices that the run began with, where it was given them.
+  IndexedVector<LocalSlice, std::vector<std::uint32_t>> given;
+
   // What a step changes, beside the slices.
   SwapState state;
   SweepFigures figures;
@@ -50,9 +53,12 @@ struct SwapOptimizer::Impl {
 
   // swap_optimizer.cpp
   double mean_magnitude();
-  Moment moment() const { return schedule.moment(state.sweep, state.elapsed_s); }
+  void score_start(double seconds);
+  void keep_given(const PermutationOf& permutation);
+  Moment moment() const { return schedule.moment(state.sweep, state.elapsed_s, state.begun_s); }
 
   // class_step.cpp
+  void prepare_movers();
   void begin_sweep(double seconds);
   void move(const std::vector<SliceIndex>& moving);
   VisitResult visit(SliceIndex slice, int tile, int worker);
@@ -63,11 +69,13 @@ struct SwapOptimizer::Impl {
   enum class Exactness { quick, exact };
   void score(Exactness wanted, double seconds);
   double quick_score_s() const { return float_score ? quick_score_took_s : exact_score_took_s; }
+  bool is_out_of_time(double seconds) const;
   void end_sweep(double seconds);
   bool score_is_wanted(double seconds) const;
   bool row_is_planned(const Moment& moment) const;
   void adapt_fraction(std::int64_t accepted, const Moment& moment);
   void add_row(double seconds);
+  void keep_the_better();
 };
 
 }  // namespace noiseloom

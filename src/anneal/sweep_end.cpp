@@ -48,6 +48,13 @@ bool SwapOptimizer::Impl::row_is_planned(const Moment& moment) const {
   return score_due(moment, scores_per_round(worth, schedule.iterations_of_round(moment)));
 }
 
+// With stop.time: whether the last score is all that there is time for.
+bool SwapOptimizer::Impl::is_out_of_time(double seconds) const {
+  if (optimizer.stop.time_s <= 0) return false;
+  const double end = seconds + std::max(0.0, exact_score_took_s);
+  return communicator.broadcast(end) >= optimizer.stop.time_s;
+}
+
 void SwapOptimizer::Impl::end_sweep(double seconds) {
   const Moment moment = this->moment();
   const bool wanted = communicator.is_root() && score_is_wanted(seconds);
@@ -68,7 +75,7 @@ void SwapOptimizer::Impl::end_sweep(double seconds) {
   bool row_is_due = false;
   if (limit_s > 0) {
     now = communicator.broadcast(seconds);
-    out_of_time = now + std::max(0.0, communicator.broadcast(exact_score_took_s)) >= limit_s;
+    out_of_time = is_out_of_time(seconds);
     const double score_s = communicator.broadcast(quick_score_s());
     row_is_due = out_of_time || now - state.history.back().seconds >= std::max(limit_s / 50, score_share * score_s);
   } else {
@@ -82,6 +89,16 @@ void SwapOptimizer::Impl::end_sweep(double seconds) {
   add_row(now);
   state.finished = out_of_time ? ended::by_time : schedule.ended_by(moment, state.relative_error, state.round_score);
   if (moment.ends_round()) state.round_score = state.relative_error;
+  if (!state.finished.empty()) keep_the_better();
+}
+
+// Copies of slices of other ranks stay as they are: nothing moves any more.
+void SwapOptimizer::Impl::keep_the_better() {
+  if (state.is_given == 0 || state.relative_error < state.given_error) return;
+  slices.put_back(source,
+                  [&](SliceIndex slice) { return given[slices.distribution().local_slice_from_global(slice)]; });
+  state.given_kept = 1;
+  state.relative_error = state.history.back().relative_error = state.given_error;
 }
 
 void SwapOptimizer::Impl::add_row(double seconds) {

@@ -34,9 +34,9 @@ void SweepMovers::make_movers() {
   }
 }
 
-void SweepMovers::prepare(double fraction) {
-  partners_ = partners_for(source_.distance(), source_.channels(), tile_, fraction);
-  const int wanted = num_features(optimizer_, fraction, many_features_);
+void SweepMovers::prepare(double steps_at, double features_at) {
+  partners_ = partners_for(source_.distance(), source_.channels(), tile_, steps_at);
+  const int wanted = num_features(optimizer_, features_at, many_features_);
   if (!features_ || wanted == features_wanted_) return;
   features_wanted_ = wanted;
   anneal_movers_.clear();  // before the features that they look at

@@ -24,8 +24,8 @@ class SweepMovers {
   bool use_features() const { return features_.has_value(); }
   // Whether candidates are estimated before they are judged; likewise.
   bool use_sieve() const { return sieve_.has_value(); }
-  // What fits where a round is `fraction` through.
-  void prepare(double fraction);
+  // Partners and features that fit where a schedule is these fractions through.
+  void prepare(double steps_at, double features_at);
 
   // Visits a tile of a slice, in the thread `worker`. `heat`: the temperature, or gamma with the paper's method.
   VisitResult visit(const Visit& visit, double heat, const SliceField& field,

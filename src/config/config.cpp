@@ -1,20 +1,50 @@
 #include "noiseloom/config/config.h"
 
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "config/run_settings.h"
 #include "noiseloom/config/settings_file.h"
+#include "noiseloom/core/error.h"
+#include "noiseloom/samples/sample_space.h"
 
 namespace noiseloom {
 namespace {
 
 RunConfig parsed(const settings::Source& source, const std::vector<std::string>& overrides, MissingFiles missing) {
   auto result = settings::parse<RunConfig>(settings::run_config_kind(), source, overrides, missing);
-  result.value.written_paths = std::move(result.written_paths);
-  return std::move(result.value);
+  RunConfig& config = result.value;
+  config.written_paths = std::move(result.written_paths);
+  // That a list is not what its texture needs is said, with all that is wrong with it, by whoever reads it.
+  const std::string& list = config.problem.samples.file;
+  std::error_code absent;
+  if (config.problem.samples.is_file() && std::filesystem::is_regular_file(list, absent)) {
+    try {
+      settle_method(config);
+    } catch (const UserError&) {
+    }
+  }
+  return std::move(config);
 }
 
 }  // namespace
+
+void settle_method(RunConfig& config, int channels) {
+  OptimizerSpec& optimizer = config.optimizer;
+  if (optimizer.method != Method::automatic) return;
+  const ProblemSpec& problem = config.problem;
+  const bool constructs = channels == 1 && distance_kind(problem.samples, 1) == DistanceKind::absolute &&
+                          problem.value_kernel.kind == ValueKernelKind::distance && config.start.file.empty();
+  optimizer.method = constructs ? Method::construct : Method::anneal;
+  if (!constructs && optimizer.stop.is_none()) optimizer.stop = StopSpec{};
+}
+
+void settle_method(RunConfig& config) {
+  if (config.optimizer.method != Method::automatic) return;
+  const ProblemSpec& problem = config.problem;
+  settle_method(config, num_channels(problem.samples, problem.extents.cells_per_slice(), problem.extents.num_slices()));
+}
 
 RunConfig parse_config(const std::string& text, const std::string& name, const std::string& folder,
                        const std::vector<std::string>& overrides, MissingFiles missing) {

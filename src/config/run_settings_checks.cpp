@@ -120,10 +120,25 @@ void check_construct(Reader& reader, const Value& root, const SampleSpec& spec) 
                "gauss, or a file of one channel; method = \"anneal\" takes all");
 }
 
+// What `auto` stands for is known here, unless the samples are a list, and so is what does not go with it.
+void check_auto(Reader& reader, const Value& root, RunConfig& config) {
+  if (config.problem.samples.is_file()) return;
+  settle_method(config, num_channels(config.problem.samples));
+  if (config.optimizer.method != Method::anneal) return;
+  for (const char* key : {"optimizer.density", "optimizer.sharpness"}) {
+    const Value* value = find_at(root, key);
+    if (value != nullptr) reader.fault(*value, key, "is for construction alone, but method = \"auto\" anneals here");
+  }
+}
+
 }  // namespace
 
 void check_method(Reader& reader, const Value& root, const Owners& owners) {
-  const RunConfig& config = owners.get<RunConfig>();
+  RunConfig& config = owners.get<RunConfig>();
+  const bool may_construct =
+      config.optimizer.method == Method::construct || config.optimizer.method == Method::automatic;
+  if (may_construct && find_at(root, "optimizer.stop") == nullptr) config.optimizer.stop = StopSpec::none();
+  if (config.optimizer.method == Method::automatic) return check_auto(reader, root, config);
   if (config.optimizer.method == Method::construct) check_construct(reader, root, config.problem.samples);
   if (config.optimizer.method != Method::void_and_cluster) return;
   const Value* samples = find_at(root, "texture.samples");

@@ -37,6 +37,7 @@ constexpr Word value_kernel_table[] = {
     {"stbn", "exp(-d^(D/n) / sigma_s^2): spatiotemporal blue noise masks", "blue-noise bluenoise exponential"},
 };
 
+// In the order of Method.
 constexpr Word method_table[] = {
     {"anneal", "swaps inside a slice, accepted by temperature", "annealing simulated-annealing sa swap swaps"},
     {"fast", "the published algorithm of filter-adapted sampling, for comparison", "paper ea"},
@@ -44,6 +45,7 @@ constexpr Word method_table[] = {
      "vc vnc void-cluster voidandcluster void_and_cluster ulichney"},
     {"construct", "scalars placed one by one, each slice for itself, in the largest void that the filter sees",
      "construction constructive greedy"},
+    {"auto", "construct for scalars that are compared by their difference, anneal for all others", "automatic best"},
 };
 
 constexpr Word precision_table[] = {
@@ -62,7 +64,9 @@ constexpr double min_sigma = 0.001;
 
 constexpr Condition with_kernel(std::string_view word) { return {"filter.groups[].kernel", word}; }
 constexpr Condition with_method(std::string_view word) { return {"optimizer.method", word}; }
-constexpr Condition with_swaps = {"optimizer.method", "anneal", "fast"};
+constexpr Condition with_swaps = {"optimizer.method", "anneal fast construct auto"};
+constexpr Condition with_construction = {"optimizer.method", "construct auto"};
+constexpr Condition with_annealing = {"optimizer.method", "anneal construct auto"};
 
 // Kernels have defaults of their own.
 void fit_defaults(const Owners& owners) {
@@ -93,7 +97,8 @@ std::span<const Setting> all() {
        .type = Type::file,
        .sentence =
            "A .npy of shape [n] or [n, channels] for all slices, or with the number of slices in front; n pixels "
-           "in a slice. Read when a run begins, and kept in its run file.",
+           "in a slice; or of the texture's own shape, [slice axes..., y, x] or with the channels last. Read when a "
+           "run begins, and kept in its run file.",
        .field = [](RunConfig& c) -> Field { return &c.problem.samples.file; },
        .required = true},
       {.key = "texture.samples.distance",
@@ -206,7 +211,7 @@ std::span<const Setting> all() {
        .sentence = "How alike two samples are.",
        .field = [](RunConfig& c) -> Field { return &c.problem.value_kernel.kind; },
        .words = value_kernel_table,
-       .when = with_swaps},
+       .when = {"optimizer.method", "anneal fast auto"}},
       {.key = "energy.sigma_s",
        .type = Type::number,
        .sentence = "Distance at which two samples no longer count as alike.",
@@ -219,12 +224,13 @@ std::span<const Setting> all() {
        .type = Type::word,
        .sentence = "The algorithm. void-and-cluster needs samples \"uniform\" and gauss-energy kernels, and combine "
                    "\"sum\" where there are several groups; construct needs samples of one channel that are not on a "
-                   "circle.",
+                   "circle, and anneals what it has made where there is a stop rule.",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.method; },
        .words = method_table},
       {.key = "optimizer.stop",
        .type = Type::table,
-       .sentence = "When to stop: one of the four rules; { iterations = 1000 } if there is none.",
+       .sentence = "When to stop: one of the four rules. If there is none, construct ends when every pixel has its "
+                   "sample, and the others after { iterations = 1000 }.",
        .when = with_swaps,
        .one_of = true},
       {.key = "optimizer.stop.iterations",
@@ -251,6 +257,18 @@ std::span<const Setting> all() {
        .field = [](RunConfig& c) -> Field { return &c.optimizer.stop.improvement; },
        .range = above(0, 1),
        .zero_is_unset = true},
+      {.key = "optimizer.start",
+       .type = Type::table,
+       .sentence = "The arrangement that annealing goes on from, in place of a random one.",
+       .when = {"optimizer.method", "anneal auto"}},
+      {.key = "optimizer.start.file",
+       .type = Type::file,
+       .sentence =
+           "A run file, or a .npy of the texture's shape, [slice axes..., y, x] or with the channels last. Each of "
+           "its slices must hold the very samples of texture.samples, in any arrangement; for a texture of "
+           "your own, name it in both places. Read when a run begins.",
+       .field = [](RunConfig& c) -> Field { return &c.start.file; },
+       .zero_is_unset = true},
       {.key = "optimizer.precision",
        .type = Type::word,
        .sentence = "Arithmetic of the energy; the score is always computed in double.",
@@ -272,7 +290,7 @@ std::span<const Setting> all() {
                    "than a shallow one. 0: every tap, exactly, as with precision \"double\".",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.background_features; },
        .range = at_least(0, 64),
-       .when = with_method("anneal"),
+       .when = with_annealing,
        .former = "background_rank"},
       {.key = "optimizer.sieve_features",
        .type = Type::integer,
@@ -280,11 +298,11 @@ std::span<const Setting> all() {
                    "are judged by all taps that may be accepted. 0: all are judged.",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.sieve_features; },
        .range = at_least(0, 64),
-       .when = with_method("anneal")},
+       .when = with_annealing},
       {.key = "optimizer.temperature",
        .type = Type::table,
        .sentence = "The temperatures of annealing; those left out are found from the problem.",
-       .when = with_method("anneal"),
+       .when = with_annealing,
        .check = check_temperatures},
       {.key = "optimizer.temperature.start",
        .type = Type::number,
@@ -322,14 +340,14 @@ std::span<const Setting> all() {
        .sentence = "Share of the pixels of a slice in the pattern that construction starts from.",
        .field = [](RunConfig& c) -> Field { return &c.construct.density; },
        .range = at_least(0, 0.5),
-       .when = with_method("construct")},
+       .when = with_construction},
       {.key = "optimizer.sharpness",
        .type = Type::number,
        .sentence = "Power that the overlap of the filter is raised to in space, as construction wants it sharper than "
                    "it is; found from the filter where it is left out (plan says what it is).",
        .field = [](RunConfig& c) -> Field { return &c.construct.sharpness; },
        .range = above(0, 8),
-       .when = with_method("construct"),
+       .when = with_construction,
        .zero_is_unset = true},
       {.key = "optimizer.bounded",
        .type = Type::custom,

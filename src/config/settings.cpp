@@ -27,8 +27,23 @@ std::string Range::to_string() const {
   return text;
 }
 
+bool Condition::accepts(std::string_view word) const {
+  for (std::string_view rest = words; !rest.empty();) {
+    const std::string_view next = rest.substr(0, rest.find(' '));
+    if (next == word) return true;
+    rest.remove_prefix(std::min(rest.size(), next.size() + 1));
+  }
+  return false;
+}
+
 std::string Condition::to_string() const {
-  return fmt::format("\"{}\"", word) + (or_word.empty() ? "" : fmt::format(" or \"{}\"", or_word));
+  std::string text;
+  for (std::string_view rest = words; !rest.empty();) {
+    const std::string_view next = rest.substr(0, rest.find(' '));
+    rest.remove_prefix(std::min(rest.size(), next.size() + 1));
+    text += fmt::format("{}\"{}\"", text.empty() ? "" : rest.empty() ? " or " : ", ", next);
+  }
+  return text;
 }
 
 Owners Owners::with(void* address, const std::type_info& type) const {
@@ -109,8 +124,7 @@ std::string_view FileKind::current_leaf(std::string_view parent, std::string_vie
 
 bool FileKind::applies(const Setting& setting, const Owners& owners) const {
   if (setting.when.key.empty()) return true;
-  const std::string_view word = current_word(row(setting.when.key), owners);
-  return word == setting.when.word || (!setting.when.or_word.empty() && word == setting.when.or_word);
+  return setting.when.accepts(current_word(row(setting.when.key), owners));
 }
 
 std::string_view current_word(const Setting& setting, const Owners& owners) {

@@ -36,7 +36,7 @@ struct Defaults {
       elements.append();
       owners = elements.with(elements.size() - 1, owners);
     }
-    if (!setting.when.key.empty()) set_word(kind.row(setting.when.key), setting.when.word, owners);
+    if (!setting.when.key.empty()) set_word(kind.row(setting.when.key), setting.when.first_word(), owners);
   }
 
   std::shared_ptr<void> memory;

@@ -28,6 +28,12 @@ constexpr auto visit_swap_state = [](auto& state, const auto& visit) {
   visit("iterations", state.iterations);
   visit("scored_iterations", state.scored_iterations);
   visit("scored_step", state.scored_step);
+  visit("is_given", state.is_given);
+  visit("begun_s", state.begun_s);
+  visit("join", state.join);
+  visit("is_cold", state.is_cold);
+  visit("given_error", state.given_error);
+  visit("given_kept", state.given_kept);
   visit("finished", state.finished);
 };
 
@@ -100,6 +106,27 @@ void check_numbers(const SwapState& state, ContentFaults& faults) {
   require(state.fraction > 0 && state.fraction <= 1, "fraction", state.fraction, "must be above 0 and at most 1");
   require(std::isfinite(state.relative_error), "relative_error", state.relative_error, "must be finite");
   require(std::isfinite(state.round_score), "round_score", state.round_score, "must be finite");
+  positive_or_zero("begun_s", state.begun_s);
+  require(state.join >= 0 && state.join <= 1, "join", state.join, "must be from 0 to 1");
+  require(std::isfinite(state.given_error), "given_error", state.given_error, "must be finite");
+}
+
+// What goes with an arrangement that the run began with.
+void check_given(const SwapState& state, const RunConfig& config, ContentFaults& faults) {
+  const auto require = [&](bool sound, const char* name, const auto& value, const char* must) {
+    faults.require(sound, fmt::format("/state/@{} = {}: {}", name, value, must));
+  };
+  const bool wanted = config.optimizer.method == Method::construct || !config.start.file.empty();
+  require(state.is_given == (wanted ? 1 : 0), "is_given", state.is_given,
+          wanted ? "must be 1, as its config has the run begin with an arrangement"
+                 : "must be 0, as its config has the run begin at random");
+  const auto flag = [&](const char* name, std::int64_t value) {
+    require(value == 0 || (value == 1 && state.is_given == 1), name, value, "must be 0, or 1 with an arrangement");
+  };
+  flag("is_cold", state.is_cold);
+  flag("given_kept", state.given_kept);
+  require(state.given_kept == 0 || !state.finished.empty(), "given_kept", state.given_kept,
+          "must be 0 until the run is finished");
 }
 
 void check_rows(const SwapState& state, const RunConfig& config, ContentFaults& faults) {
@@ -142,9 +169,10 @@ std::vector<float> densities(const SampleSource& source, const std::vector<float
 
 }  // namespace
 
-std::vector<SliceDataset> datasets_for(int channels, bool has_pdf) {
+std::vector<SliceDataset> datasets_for(int channels, bool has_pdf, bool has_given) {
   std::vector<SliceDataset> datasets = {{samples_name, ElementType::float32, channels, true},
                                         {permutation_name, ElementType::uint32, 1, false}};
+  if (has_given) datasets.push_back({given_name, ElementType::uint32, 1, false});
   if (has_pdf) datasets.push_back({pdf_name, ElementType::float32, 1, false});
   return datasets;
 }
@@ -163,20 +191,23 @@ std::string inputs_digest(const RunConfig& config) {
   return to_hex(digest.value());
 }
 
-std::vector<SliceDataset> run_datasets(const SampleSource& source) {
-  return datasets_for(source.channels(), source.has_pdf());
+std::vector<SliceDataset> run_datasets(const SampleSource& source, bool has_given) {
+  return datasets_for(source.channels(), source.has_pdf(), has_given);
 }
 
 std::string save_run(FileOps& ops, const std::string& path, const RunConfig& config, const SampleSource& source,
                      SwapOptimizer& engine, const Communicator& communicator,
                      const std::map<std::string, Attribute>& provenance) {
-  RunFileContent content = content_of(config, engine.state(), visit_swap_state, visit_swap_row, provenance);
-  content.datasets = run_datasets(source);
+  RunFileContent content =
+      content_of(config, engine.method(), engine.state(), visit_swap_state, visit_swap_row, provenance);
+  content.datasets = run_datasets(source, engine.has_given());
   const auto produce = [&](std::size_t dataset, SliceIndex slice, std::vector<std::byte>& block) {
     block.clear();
     const std::string& name = content.datasets[dataset].name;
     if (name == permutation_name) {
       append(block, engine.permutation(slice));
+    } else if (name == given_name) {
+      append(block, engine.given_permutation(slice));
     } else if (name == pdf_name) {
       append(block, densities(source, engine.samples(slice)));
     } else {
@@ -188,8 +219,11 @@ std::string save_run(FileOps& ops, const std::string& path, const RunConfig& con
 
 namespace {
 
-// Run files from before there were algorithm numbers have R in their history alone.
-RunFileContent with_last_score(RunFileContent content) {
+// What older run files do not say: those from before a run could begin with an arrangement, and those from before there
+// were algorithm numbers, which have R in their history alone.
+RunFileContent with_all_fields(RunFileContent content) {
+  for (const char* name : {"is_given", "is_cold", "given_kept"}) content.state.emplace(name, std::int64_t{0});
+  for (const char* name : {"begun_s", "join", "given_error"}) content.state.emplace(name, 0.0);
   if (content.state.contains("algorithm")) return content;
   const auto last_of = [&](const char* name) {
     for (const auto& [column, values] : content.history) {
@@ -210,17 +244,18 @@ RunFileContent with_last_score(RunFileContent content) {
 
 SwapState engine_state(const RunFileContent& content, const std::string& path) {
   const RunConfig config = stored_config(content, path);
-  SwapState state = state_of<SwapState>(with_last_score(content), path, visit_swap_state, visit_swap_row);
+  SwapState state = state_of<SwapState>(with_all_fields(content), path, visit_swap_state, visit_swap_row);
   stored_algorithm(content, path);
   ContentFaults faults(path);
   faults.require(config.optimizer.method != Method::void_and_cluster, "has no /order, but its /config that method");
-  faults.require(config.optimizer.method != Method::construct,
-                 "has no /state of construction, but its /config that method");
+  faults.require(config.optimizer.method != Method::construct || !config.optimizer.stop.is_none(),
+                 "has no /state of construction, but its /config that method and no stop rule");
   const bool has_pdf = std::any_of(content.datasets.begin(), content.datasets.end(),
                                    [](const SliceDataset& dataset) { return dataset.name == pdf_name; });
-  check_datasets(content, datasets_for(stored_channels(content, config), has_pdf), faults);
+  check_datasets(content, datasets_for(stored_channels(content, config), has_pdf, state.is_given == 1), faults);
   check_progress(state, config, faults);
   check_numbers(state, faults);
+  check_given(state, config, faults);
   check_rows(state, config, faults);
   faults.throw_if_any();
   return state;
@@ -230,10 +265,13 @@ void check_permutations(const RunFileReader& file) {
   const Extents& extents = file.content().extents;
   std::vector<std::uint32_t> ids(static_cast<std::size_t>(extents.cells_per_slice()));
   ContentFaults faults(file.path());
-  for (SliceIndex slice = 0; slice < extents.num_slices() && !faults.any(); ++slice) {
-    file.read_slice(file.dataset(permutation_name), slice, std::as_writable_bytes(std::span(ids)));
-    const std::string fault = permutation_fault(ids);
-    faults.require(fault.empty(), fmt::format("{}, slice {}: {}", permutation_name, slice, fault));
+  for (const char* name : {permutation_name, given_name}) {
+    if (file.dataset(name) < 0) continue;
+    for (SliceIndex slice = 0; slice < extents.num_slices() && !faults.any(); ++slice) {
+      file.read_slice(file.dataset(name), slice, std::as_writable_bytes(std::span(ids)));
+      const std::string fault = permutation_fault(ids);
+      faults.require(fault.empty(), fmt::format("{}, slice {}: {}", name, slice, fault));
+    }
   }
   faults.throw_if_any();
 }
@@ -245,7 +283,7 @@ void check_against(const SwapOptimizer& engine, const SwapState& state, const St
   ContentFaults faults(path);
   faults.require(state.step < engine.num_classes(),
                  fmt::format("/state/@step = {}: a sweep has {} steps, from 0 on", state.step, engine.num_classes()));
-  const std::int64_t each = engine.iterations_per_sweep();
+  const std::int64_t each = engine.iterations_per_sweep(state.is_cold != 0);
   const auto iterations_at = [&](std::int64_t sweep) {
     return stop.iterations > 0 ? std::min(sweep * each, stop.iterations) : sweep * each;
   };
@@ -286,13 +324,18 @@ SwapState checked_state(const RunFileReader& file, const RunConfig& config, cons
   const bool moved =
       stop.iterations != now.iterations || stop.score != now.score || stop.improvement != now.improvement;
   if (moved) {
-    move_end(state, now, engine.iterations_per_sweep());
+    if (state.given_kept != 0) {
+      throw UserError(file.path(),
+                      "annealing did not improve the arrangement that it began with, so it was put back: "
+                      "there is nothing to go on from; start it afresh (another output, or --overwrite)");
+    }
+    move_end(state, now, engine.iterations_per_sweep(state.is_cold != 0));
     // The last row was there because the run ended with it.
     const bool was_end = state.finished.empty() && state.history.size() > 1 &&
                          state.history.back().sweep == static_cast<double>(state.sweep);
     if (was_end && now.time_s <= 0 && !engine.row_is_planned_after(state.sweep)) state.history.pop_back();
   }
-  if (state.finished.empty()) require_same_algorithm(content, config.optimizer.method, file.path());
+  if (state.finished.empty()) require_same_algorithm(content, engine.method(), file.path());
   return state;
 }
 
@@ -310,32 +353,41 @@ void restore_run(const RunFileReader* file, const RunConfig& config, SwapOptimiz
   broadcast_state(state, visit_swap_state, communicator);
 
   const Extents& extents = config.problem.extents;
-  const auto cells = static_cast<std::size_t>(extents.cells_per_slice());
+  const std::size_t id_bytes = static_cast<std::size_t>(extents.cells_per_slice()) * sizeof(std::uint32_t);
   std::vector<SliceIndex> wanted = engine.slices_held();
   std::sort(wanted.begin(), wanted.end());
   std::map<SliceIndex, std::vector<std::uint32_t>> permutations;
+  std::map<SliceIndex, std::vector<std::uint32_t>> given;
   std::map<SliceIndex, std::vector<std::byte>> stored;
   ContentFaults faults(path);
+  const std::size_t of_ids = (state.is_given != 0 ? 2 : 1) * id_bytes;
   const auto produce = [&](SliceIndex slice, std::vector<std::byte>& block) {
     const int samples = file->dataset(samples_name);
     const std::size_t size = bytes_per_slice(file->content().datasets[static_cast<std::size_t>(samples)], extents);
-    block.resize(cells * sizeof(std::uint32_t) + size);
-    file->read_slice(file->dataset(permutation_name), slice, std::span(block).first(cells * sizeof(std::uint32_t)));
-    file->read_slice(samples, slice, std::span(block).last(size));
+    block.resize(of_ids + size);
+    const std::span all(block);
+    file->read_slice(file->dataset(permutation_name), slice, all.first(id_bytes));
+    if (state.is_given != 0) file->read_slice(file->dataset(given_name), slice, all.subspan(id_bytes, id_bytes));
+    file->read_slice(samples, slice, all.last(size));
+  };
+  const auto take_ids = [&](const char* name, SliceIndex slice, std::span<const std::byte> bytes,
+                            std::vector<std::uint32_t>& ids) {
+    ids.resize(bytes.size() / sizeof(std::uint32_t));
+    std::memcpy(ids.data(), bytes.data(), bytes.size());
+    const std::string fault = permutation_fault(ids);
+    faults.require(fault.empty(), fmt::format("{}, slice {}: {}", name, slice, fault));
   };
   const auto consume = [&](SliceIndex slice, std::span<const std::byte> block) {
-    const bool own = engine.distribution().owns(slice);
-    std::vector<std::uint32_t>& ids = permutations[slice];
-    ids.resize(cells);
-    std::memcpy(ids.data(), block.data(), cells * sizeof(std::uint32_t));
-    const std::string fault = permutation_fault(ids);
-    faults.require(fault.empty(), fmt::format("{}, slice {}: {}", permutation_name, slice, fault));
-    if (own)
-      stored[slice].assign(block.begin() + static_cast<std::ptrdiff_t>(cells * sizeof(std::uint32_t)), block.end());
+    take_ids(permutation_name, slice, block.first(id_bytes), permutations[slice]);
+    if (!engine.distribution().owns(slice)) return;
+    if (state.is_given != 0) take_ids(given_name, slice, block.subspan(id_bytes, id_bytes), given[slice]);
+    stored[slice].assign(block.begin() + static_cast<std::ptrdiff_t>(of_ids), block.end());
   };
   communicator.stream_from_root(wanted, produce, consume);
   communicator.together([&] { faults.throw_if_any(); });
-  engine.restore(state, [&](SliceIndex slice) { return permutations.at(slice); });
+  engine.restore(
+      state, [&](SliceIndex slice) { return permutations.at(slice); },
+      [&](SliceIndex slice) { return given.at(slice); });
   communicator.together([&] {
     for (const auto& [slice, expected] : stored) {
       const std::vector<float> found = engine.samples(slice);

@@ -21,6 +21,8 @@ const char* method_name(Method method) {
       return "void-and-cluster";
     case Method::construct:
       return "construct";
+    case Method::automatic:
+      return "auto";
   }
   return "";
 }
@@ -54,6 +56,8 @@ std::int64_t algorithm_of(Method method) {
       return void_and_cluster_algorithm;
     case Method::construct:
       return construct_algorithm;
+    case Method::automatic:
+      break;
   }
   return 0;
 }

@@ -28,10 +28,11 @@ namespace noiseloom {
 
 inline const char* const samples_name = "/samples";
 inline const char* const permutation_name = "/state/permutation";
+inline const char* const given_name = "/state/given";
 inline const char* const pdf_name = "/pdf";
 
 // Of a run whose samples are placed: by swaps, or by construction.
-std::vector<SliceDataset> datasets_for(int channels, bool has_pdf);
+std::vector<SliceDataset> datasets_for(int channels, bool has_pdf, bool has_given = false);
 
 // The number of the algorithm that this program has for a method (anneal/swap_optimizer.h,
 // construct/void_and_cluster.h).
@@ -65,15 +66,16 @@ bool is_finite_positive_or_zero(double value);
 // Fault of a slice of /state/permutation: "" where it holds each of 0 .. size - 1 once.
 std::string permutation_fault(std::span<const std::uint32_t> ids);
 
-// With the state and history of a run. Fields are integers of 64 bits, double or text; those of a row double.
+// With the state and history of a run, or of the part of one that goes by `method`. Fields are integers of 64 bits,
+// double or text; those of a row double.
 template <class State, class VisitState, class VisitRow>
-RunFileContent content_of(const RunConfig& config, const State& state, const VisitState& visit_state,
+RunFileContent content_of(const RunConfig& config, Method method, const State& state, const VisitState& visit_state,
                           const VisitRow& visit_row, const std::map<std::string, Attribute>& provenance) {
   RunFileContent content;
   content.extents = config.problem.extents;
   content.config = to_toml(config);
   visit_state(state, [&](const char* name, const auto& value) { content.state[name] = value; });
-  content.state["algorithm"] = algorithm_of(config.optimizer.method);
+  content.state["algorithm"] = algorithm_of(method);
   content.inputs = inputs_of(config);
   using Row = typename decltype(state.history)::value_type;
   visit_row(Row{}, [&](const char* name, double) { content.history.push_back({name, {}}); });

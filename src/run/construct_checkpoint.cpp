@@ -206,7 +206,8 @@ std::vector<float> samples_of_places(const std::vector<std::uint32_t>& places, c
 std::string save_construct_run(FileOps& ops, const std::string& path, const RunConfig& config,
                                const SampleSource& source, const SliceConstruction& run, const ConstructState& state,
                                const Communicator& communicator, const std::map<std::string, Attribute>& provenance) {
-  RunFileContent content = content_of(config, state, visit_construct_state, visit_construct_row, provenance);
+  RunFileContent content =
+      content_of(config, Method::construct, state, visit_construct_state, visit_construct_row, provenance);
   content.datasets = run_datasets(source);
   const auto produce = [&](std::size_t dataset, SliceIndex slice, std::vector<std::byte>& block) {
     block.clear();
@@ -230,7 +231,7 @@ ConstructState restore_construct_run(const RunFileReader* file, const RunConfig&
   communicator.on_root([&] {
     path = file->path();
     state = construct_state(file->content(), path);
-    if (state.finished.empty()) require_same_algorithm(file->content(), config.optimizer.method, path);
+    if (state.finished.empty()) require_same_algorithm(file->content(), Method::construct, path);
   });
   communicator.broadcast(path);
   broadcast_state(state, visit_construct_state, communicator);

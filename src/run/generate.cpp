@@ -129,8 +129,12 @@ void Generation::claim_output() {
 void Generation::take_inputs() {
   naming_shortage("reading the files that the config names",
                   [&] { share_inputs(config_, saved_.reader.get(), communicator_); });
-  communicator_.together(
-      [&] { naming_shortage("reading the files that the config names", [&] { job_ = make_job(config_); }); });
+  communicator_.together([&] {
+    naming_shortage("reading the files that the config names", [&] {
+      settle_method(config_);
+      job_ = make_job(config_);
+    });
+  });
   if (!communicator_.is_root()) return;
   for (const std::string& note : notes_on_inputs(config_)) progress_.warn(note);
   if (!saved_.reader) return;

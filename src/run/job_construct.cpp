@@ -1,11 +1,9 @@
-// Construction: every slice is filled point by point, and is scored when it is full.
+#include "run/job_construct.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
-#include <map>
-#include <optional>
 
 #include "noiseloom/anneal/texture_score.h"
 #include "noiseloom/construct/sharpness.h"
@@ -13,8 +11,6 @@
 #include "noiseloom/dist/halo_exchange.h"
 #include "noiseloom/dist/halo_plan.h"
 #include "noiseloom/run/checkpoint.h"
-#include "noiseloom/run/construct_checkpoint.h"
-#include "noiseloom/run/job.h"
 #include "run/memory_words.h"
 
 namespace noiseloom {
@@ -23,94 +19,63 @@ namespace {
 // What steps are fitted to: safe points that no signal waits long for.
 constexpr double construct_step_s = 0.4;
 
-class ConstructJob : public Job {
- public:
-  explicit ConstructJob(const RunConfig& config)
-      : config_(config),
-        source_(config.problem.samples, config.problem.extents.cells_per_slice(), config.problem.extents.num_slices(),
-                config.problem.seed),
-        overlap_(config.problem.extents, config.problem.filter) {
-    if (source_.channels() == 1 && source_.distance() == DistanceKind::absolute) return;
-    throw UserError(
-        config.problem.samples.file,
-        fmt::format("its samples have {} channels; method = \"construct\" takes scalars that are compared by "
-                    "their difference; method = \"anneal\" takes all",
-                    source_.channels()));
-  }
+}  // namespace
 
-  void prepare(const Communicator& communicator, ThreadPool& pool) override {
-    communicator_ = &communicator;
-    pool_ = &pool;
-    communicator.together([&] {
-      naming_shortage("taking up filter and energies", [&] {
-        spec_ = config_.construct;
-        const ProblemSpec& problem = config_.problem;
-        if (spec_.sharpness == 0) spec_.sharpness = best_sharpness(try_sharpness(problem.extents, problem.filter));
-        run_.emplace(overlap_, problem.filter, spec_, problem.seed, communicator, pool);
-      });
+ConstructJob::ConstructJob(const RunConfig& config)
+    : config_(config),
+      source_(config.problem.samples, config.problem.extents.cells_per_slice(), config.problem.extents.num_slices(),
+              config.problem.seed),
+      overlap_(config.problem.extents, config.problem.filter) {
+  if (source_.channels() == 1 && source_.distance() == DistanceKind::absolute) return;
+  throw UserError(config.problem.samples.file,
+                  fmt::format("its samples have {} channels; method = \"construct\" takes scalars that are compared by "
+                              "their difference; method = \"anneal\" takes all",
+                              source_.channels()));
+}
+
+void ConstructJob::prepare(const Communicator& communicator, ThreadPool& pool) {
+  communicator_ = &communicator;
+  pool_ = &pool;
+  communicator.together([&] {
+    naming_shortage("taking up filter and energies", [&] {
+      spec_ = config_.construct;
+      const ProblemSpec& problem = config_.problem;
+      if (spec_.sharpness == 0) spec_.sharpness = best_sharpness(try_sharpness(problem.extents, problem.filter));
+      run_.emplace(overlap_, problem.filter, spec_, problem.seed, communicator, pool);
     });
-  }
-  void start(double run_s) override {
-    run_->start();
-    history_.push_back({.seconds = run_s});
-  }
-  void restore(const RunFileReader* saved) override {
-    const ConstructState state = restore_construct_run(saved, config_, source_, *run_, *communicator_);
-    if (state.sharpness != spec_.sharpness) {
-      throw SharedUserError("", fmt::format("the run was begun with sharpness {}, but this program finds {}: give "
-                                            "optimizer.sharpness = {} to go on",
-                                            state.sharpness, spec_.sharpness, state.sharpness));
-    }
-    history_ = state.history;
-    mean_distance_ = state.mean_distance;
-    relative_error_ = state.relative_error;
-  }
-  void step(double run_s) override;
-  bool finished() const override { return run_->done(); }
-  std::string save(const SaveTarget& target) override {
-    return save_construct_run(posix_file_ops(), target.path, config_, source_, *run_, state(), *communicator_,
-                              target.provenance);
-  }
+  });
+}
 
-  std::vector<SliceDataset> datasets() const override { return run_datasets(source_); }
-  std::string start_words() const override {
-    return "drawing the first points and computing the energies of all pixels";
+void ConstructJob::restore(const RunFileReader* saved) {
+  const ConstructState state = restore_construct_run(saved, config_, source_, *run_, *communicator_);
+  if (state.sharpness != spec_.sharpness) {
+    throw SharedUserError("", fmt::format("the run was begun with sharpness {}, but this program finds {}: give "
+                                          "optimizer.sharpness = {} to go on",
+                                          state.sharpness, spec_.sharpness, state.sharpness));
   }
+  history_ = state.history;
+  mean_distance_ = state.mean_distance;
+  relative_error_ = state.relative_error;
+}
 
-  std::string title() const override {
-    return fmt::format("{} of {}, construct", config_.problem.extents.to_string(), config_.problem.samples.space);
-  }
-  bool is_coupled() const override { return run_->couples_slices(); }
-  std::string position() const override;
-  std::size_t num_rows() const override { return history_.size(); }
-  ProgressFigures figures(double run_s, double part_s) override;
-  std::vector<std::pair<std::string, std::string>> summary(double run_s) override;
+std::string ConstructJob::save(const SaveTarget& target) {
+  return save_construct_run(posix_file_ops(), target.path, config_, source_, *run_, state(), *communicator_,
+                            target.provenance);
+}
 
- private:
-  std::int64_t num_ranked() const { return run_->progress().num_placed * config_.problem.extents.num_slices(); }
-  ConstructState state() const {
-    ConstructState now =
-        construct_state_of(run_->progress(), config_.problem.extents.num_slices(), spec_.sharpness, history_);
-    now.mean_distance = mean_distance_;
-    now.relative_error = relative_error_;
-    return now;
-  }
-  void score();
+std::vector<SliceDataset> ConstructJob::datasets() const { return run_datasets(source_); }
 
-  const RunConfig& config_;
-  SampleSource source_;
-  Footprint overlap_;
-  ConstructSpec spec_;  // with the sharpness that is used
-  const Communicator* communicator_ = nullptr;
-  ThreadPool* pool_ = nullptr;
-  std::optional<SliceConstruction> run_;
-  std::vector<ConstructRow> history_;
-  double mean_distance_ = 0;
-  double relative_error_ = 0;
-  std::int64_t next_rounds_ = 1;
-  double rate_ = 0;  // pixels a second in the last step
-  Pace pace_;
-};
+std::string ConstructJob::title() const {
+  return fmt::format("{} of {}, construct", config_.problem.extents.to_string(), config_.problem.samples.space);
+}
+
+ConstructState ConstructJob::state() const {
+  ConstructState now =
+      construct_state_of(run_->progress(), config_.problem.extents.num_slices(), spec_.sharpness, history_);
+  now.mean_distance = mean_distance_;
+  now.relative_error = relative_error_;
+  return now;
+}
 
 // Only rank 0's clock decides how many rounds the next step takes.
 void ConstructJob::step(double run_s) {
@@ -129,19 +94,27 @@ void ConstructJob::step(double run_s) {
   if (run_->done()) score();
 }
 
+namespace {
+
+HaloPlan slices_that_count(const Footprint& overlap, const Distribution& distribution) {
+  std::vector<Extents::SliceCoord> offsets;
+  for (const SliceTaps& slice : overlap.slices()) offsets.push_back(slice.offset);
+  return {overlap.extents(), offsets, distribution};
+}
+
+}  // namespace
+
 // R counts pairs that construction leaves out, as their weight is so small (src/construct/stamp_kernel.h): slices
 // further apart than those that are held. So every slice is told once more, to all that need it for R.
-void ConstructJob::score() {
-  const Extents& extents = config_.problem.extents;
+std::map<SliceIndex, std::vector<std::uint32_t>> ConstructJob::places() const {
   const Distribution& distribution = run_->distribution();
-  std::vector<Extents::SliceCoord> offsets;
-  for (const SliceTaps& slice : overlap_.slices()) offsets.push_back(slice.offset);
-  const HaloPlan needed(extents, offsets, distribution);
+  const HaloPlan needed = slices_that_count(overlap_, distribution);
   HaloExchange exchange(*communicator_, needed, distribution);
-  std::map<SliceIndex, std::vector<std::uint32_t>> heard;
-  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+  std::map<SliceIndex, std::vector<std::uint32_t>> all;
+  for (SliceIndex slice = 0; slice < config_.problem.extents.num_slices(); ++slice) {
     std::vector<SliceSwaps> told;
     if (distribution.owns(slice)) {
+      all[slice] = run_->places(slice);
       SliceSwaps& message = told.emplace_back();
       message.slice = slice;
       if (!needed.listeners(slice).empty()) {
@@ -151,18 +124,23 @@ void ConstructJob::score() {
     }
     exchange.begin(std::span(&slice, 1), told);
     exchange.wait([&](SliceIndex from, std::span<const Swap> cells_and_places) {
-      std::vector<std::uint32_t>& places = heard[from];
+      std::vector<std::uint32_t>& places = all[from];
       places.resize(cells_and_places.size());
       for (const auto& [cell, place] : cells_and_places) places[cell] = place;
     });
   }
+  return all;
+}
+
+void ConstructJob::score() {
+  const Distribution& distribution = run_->distribution();
+  const HaloPlan needed = slices_that_count(overlap_, distribution);
+  const auto heard = places();
   const IndexRange<SliceIndex> own = distribution.own_slices();
   std::vector<SliceIndex> held(own.begin(), own.end());
   held.insert(held.end(), needed.needed().begin(), needed.needed().end());
   mean_distance_ = mean_distance(source_, *communicator_, *pool_);
-  const auto planar = [&](SliceIndex slice) {
-    return samples_of_places(distribution.owns(slice) ? run_->places(slice) : heard.at(slice), source_.list(slice));
-  };
+  const auto planar = [&](SliceIndex slice) { return samples_of_places(heard.at(slice), source_.list(slice)); };
   relative_error_ =
       texture_error(overlap_, source_, mean_distance_, distribution, held, planar, *communicator_, *pool_);
 }
@@ -210,9 +188,5 @@ std::vector<std::pair<std::string, std::string>> ConstructJob::summary(double ru
   }
   return lines;
 }
-
-}  // namespace
-
-std::unique_ptr<Job> make_construct_job(const RunConfig& config) { return std::make_unique<ConstructJob>(config); }
 
 }  // namespace noiseloom

@@ -1,77 +1,141 @@
-// The methods that swap samples: anneal and fast.
+#include "run/job_swap.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
+#include <span>
+#include <stdexcept>
 
-#include "noiseloom/anneal/swap_optimizer.h"
 #include "noiseloom/core/quantity_text.h"
+#include "noiseloom/files/digest.h"
 #include "noiseloom/run/checkpoint.h"
-#include "noiseloom/run/job.h"
+#include "run/joining.h"
 #include "run/memory_words.h"
+#include "run/start_file.h"
 
 namespace noiseloom {
 namespace {
 
 constexpr double quick_score_s = 0.5;
 
-class SwapJob : public Job {
- public:
-  explicit SwapJob(const RunConfig& config)
-      : config_(config),
-        source_(config.problem.samples, config.problem.extents.cells_per_slice(), config.problem.extents.num_slices(),
-                config.problem.seed) {}
+OptimizerSpec swaps_of(const RunConfig& config) {
+  OptimizerSpec spec = config.optimizer;
+  if (spec.method == Method::construct) spec.method = Method::anneal;
+  return spec;
+}
 
-  void prepare(const Communicator& communicator, ThreadPool& pool) override {
-    communicator_ = &communicator;
-    communicator.together([&] {
-      naming_shortage("taking up filter, features and texture",
-                      [&] { optimizer_.emplace(config_.problem, config_.optimizer, source_, communicator, pool); });
-    });
-  }
-  void start(double) override { optimizer_->start(); }
-  void restore(const RunFileReader* saved) override { restore_run(saved, config_, *optimizer_, *communicator_); }
-  void step(double run_s) override { optimizer_->step(run_s); }
-  bool finished() const override { return optimizer_->finished(); }
-  std::string save(const SaveTarget& target) override {
-    return save_run(posix_file_ops(), target.path, config_, source_, *optimizer_, *communicator_, target.provenance);
-  }
+}  // namespace
 
-  void refresh() override { optimizer_->score_now(); }
-  bool refreshes_quickly() const override { return optimizer_->scores_within(quick_score_s); }
-  std::vector<SliceDataset> datasets() const override { return run_datasets(source_); }
-  std::string start_words() const override {
-    return "placing the samples, then two scores: the mean distance of all samples, and R of the start";
-  }
+SwapJob::SwapJob(const RunConfig& config)
+    : config_(config),
+      spec_(swaps_of(config)),
+      source_(config.problem.samples, config.problem.extents.cells_per_slice(), config.problem.extents.num_slices(),
+              config.problem.seed) {}
 
-  std::string title() const override {
-    return fmt::format("{} of {}, {}", config_.problem.extents.to_string(), config_.problem.samples.space,
-                       config_.optimizer.method == Method::fast ? "fast" : "anneal");
-  }
-  bool is_coupled() const override { return optimizer_->couples_slices(); }
-  std::string position() const override {
-    return fmt::format("iteration {}, {}", optimizer_->iterations(), score_text());
-  }
-  std::size_t num_rows() const override { return optimizer_->history().size(); }
-  ProgressFigures figures(double run_s, double part_s) override;
-  std::vector<std::pair<std::string, std::string>> summary(double run_s) override;
+void SwapJob::prepare(const Communicator& communicator, ThreadPool& pool) {
+  communicator_ = &communicator;
+  pool_ = &pool;
+  communicator.together([&] {
+    naming_shortage("taking up filter, features and texture",
+                    [&] { optimizer_.emplace(config_.problem, spec_, source_, communicator, pool); });
+  });
+}
 
- private:
-  // R as last evaluated, and where that was unless it is R now.
-  std::string score_text() const {
-    const std::string at = optimizer_->last_score_is_current()
-                               ? ""
-                               : fmt::format(" (at iteration {})", optimizer_->last_score_at_iteration());
-    return fmt::format("R {:.5f}{}", optimizer_->last_score(), at);
-  }
+bool SwapJob::begins_with_arrangement() const {
+  return config_.optimizer.method == Method::construct || !config_.start.file.empty();
+}
 
-  const RunConfig& config_;
-  SampleSource source_;
-  const Communicator* communicator_ = nullptr;
-  std::optional<SwapOptimizer> optimizer_;
-  Pace pace_;
-};
+void SwapJob::start(double run_s) {
+  if (config_.start.file.empty()) return optimizer_->start();
+  StartFile start(config_.start.file, config_.problem.extents, source_, optimizer_->slices_held(), *communicator_);
+  start_from([&](SliceIndex slice) { return start.permutation(slice); }, run_s);
+}
+
+void SwapJob::start_from(const PermutationOf& permutation, double run_s) {
+  optimizer_->start_from(permutation, run_s);
+  if (!optimizer_->finished()) join(run_s);
+}
+
+// Where the user says with which temperature it begins, the schedule is the user's.
+void SwapJob::join(double run_s) {
+  if (spec_.temperature_start > 0 || spec_.temperature_end > 0) return;
+  std::int64_t workers[] = {pool_->num_threads()};
+  communicator_->sum(workers);
+  const JoiningQuestion question{.given_error = optimizer_->last_score(),
+                                 .left_s = spec_.stop.time_s - run_s,
+                                 .workers = static_cast<int>(workers[0])};
+  Joining joining;
+  communicator_->together([&] { joining = find_joining(config_, source_, question, *pool_); });
+  // The clock has a say with stop.time.
+  joining.cold = communicator_->broadcast(joining.cold ? 1.0 : 0.0) != 0;
+  if (joining.cold) return optimizer_->join_cold();
+  optimizer_->join_schedule(joining.fraction);
+}
+
+void SwapJob::restore(const RunFileReader* saved) { restore_run(saved, config_, *optimizer_, *communicator_); }
+
+std::string SwapJob::save(const SaveTarget& target) {
+  return save_run(posix_file_ops(), target.path, config_, source_, *optimizer_, *communicator_, target.provenance);
+}
+
+bool SwapJob::refreshes_quickly() const { return optimizer_->scores_within(quick_score_s); }
+
+std::vector<SliceDataset> SwapJob::datasets() const { return run_datasets(source_, begins_with_arrangement()); }
+
+std::string SwapJob::start_words() const {
+  return begins_with_arrangement()
+             ? "taking up the arrangement, its score, and trials of how hot annealing may begin"
+             : "placing the samples, then two scores: the mean distance of all samples, and R of the start";
+}
+
+std::string SwapJob::title() const {
+  return fmt::format("{} of {}, {}", config_.problem.extents.to_string(), config_.problem.samples.space,
+                     spec_.method == Method::fast ? "fast" : "anneal");
+}
+
+std::string SwapJob::position() const {
+  return fmt::format("iteration {}, {}", optimizer_->iterations(), score_text());
+}
+
+// R as last evaluated, and where that was unless it is R now.
+std::string SwapJob::score_text() const {
+  const std::string at = optimizer_->last_score_is_current()
+                             ? ""
+                             : fmt::format(" (at iteration {})", optimizer_->last_score_at_iteration());
+  return fmt::format("R {:.5f}{}", optimizer_->last_score(), at);
+}
+
+// What was made of the arrangement that the run was given, with the proof that it was only rearranged: the samples of
+// every slice, laid back into the order of their ids, are the list that the slice began with. *Collective*
+std::string SwapJob::given_words() const {
+  std::int64_t sums[] = {0, 0};
+  const auto channels = static_cast<std::size_t>(source_.channels());
+  for (const SliceIndex slice : optimizer_->distribution().own_slices()) {
+    const std::vector<float> list = source_.list(slice);
+    const std::vector<float> samples = optimizer_->samples(slice);
+    std::vector<float> sorted(samples.size());
+    std::size_t cell = 0;
+    for (const std::uint32_t id : optimizer_->permutation(slice)) {
+      std::copy_n(samples.begin() + static_cast<std::ptrdiff_t>(cell++ * channels), channels,
+                  sorted.begin() + static_cast<std::ptrdiff_t>(id * channels));
+    }
+    const auto add = [&](std::int64_t& sum, const std::vector<float>& values) {
+      sum = static_cast<std::int64_t>(static_cast<std::uint64_t>(sum) + digest_of(std::as_bytes(std::span(values))));
+    };
+    add(sums[0], list);
+    add(sums[1], sorted);
+  }
+  communicator_->sum(sums);
+  if (sums[0] != sums[1]) throw std::logic_error("annealing changed the samples of a slice");
+  const std::string digest = to_hex(static_cast<std::uint64_t>(sums[1]));
+  const char* const origin = config_.optimizer.method == Method::construct ? "the construction" : "the file";
+  const std::string done =
+      optimizer_->kept_given() ? fmt::format("that of {}, which annealing did not improve", origin)
+      : optimizer_->is_cold()
+          ? fmt::format("that of {}, annealed in the cold", origin)
+          : fmt::format("that of {}, annealed from {:.0f} % of the schedule on", origin, 100 * optimizer_->join());
+  return fmt::format("{}; its slices hold the samples that they began with (sorted: {})", done, digest);
+}
 
 ProgressFigures SwapJob::figures(double run_s, double part_s) {
   const Moment moment = optimizer_->moment();
@@ -103,8 +167,8 @@ ProgressFigures SwapJob::figures(double run_s, double part_s) {
   f.bar = fmt::format("{}  accepted {:.1f} %  {}", score_text(), 100 * sweep.acceptance, pace);
   f.plain = fmt::format("iteration {}{}  {} {:.3g}  accepted {:.1f} %  {}  {}  {}", optimizer_->iterations(),
                         stop.iterations > 0 ? fmt::format("/{}", stop.iterations) : "",
-                        config_.optimizer.method == Method::fast ? "gamma" : "T", sweep.temperature,
-                        100 * sweep.acceptance, score_text(), pace, duration_text(run_s));
+                        spec_.method == Method::fast ? "gamma" : "T", sweep.temperature, 100 * sweep.acceptance,
+                        score_text(), pace, duration_text(run_s));
   return f;
 }
 
@@ -115,11 +179,12 @@ std::vector<std::pair<std::string, std::string>> SwapJob::summary(double run_s) 
   const auto bytes = static_cast<double>(totals[1]);
   const std::vector<HistoryRow>& history = optimizer_->history();
   std::vector<std::pair<std::string, std::string>> lines = {
-      {"R", fmt::format("{:.5f}   (white noise 1, at the start {:.5f})", history.back().relative_error,
-                        history.front().relative_error)},
+      {"R", fmt::format("{:.5f}   (white noise 1, {} {:.5f})", history.back().relative_error,
+                        optimizer_->has_given() ? "before" : "at the start", history.front().relative_error)},
       {"effort", fmt::format("{} iterations, {:.3g} candidates in this part, {}", optimizer_->iterations(), candidates,
                              duration_text(run_s))},
       {"stopped by", ended_text(optimizer_->finished_by())}};
+  if (optimizer_->has_given()) lines.emplace_back("arrangement", given_words());
   if (communicator_->size() > 1) {
     const double visits = candidates * 2 / static_cast<double>(optimizer_->iterations_per_sweep());
     lines.emplace_back("exchange",
@@ -128,8 +193,6 @@ std::vector<std::pair<std::string, std::string>> SwapJob::summary(double run_s) 
   }
   return lines;
 }
-
-}  // namespace
 
 std::unique_ptr<Job> make_swap_job(const RunConfig& config) { return std::make_unique<SwapJob>(config); }
 

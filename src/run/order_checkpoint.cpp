@@ -170,7 +170,8 @@ std::string save_order_run(FileOps& ops, const std::string& path, const RunConfi
                          .placed = progress.num_placed,
                          .finished = run.done() ? "order" : "",
                          .history = history};
-  RunFileContent content = content_of(config, state, visit_order_state, visit_order_row, provenance);
+  RunFileContent content =
+      content_of(config, Method::void_and_cluster, state, visit_order_state, visit_order_row, provenance);
   content.datasets = order_run_datasets(content.extents);
   const auto produce = [&](std::size_t dataset, SliceIndex slice, std::vector<std::byte>& block) {
     block = run.order(slice);

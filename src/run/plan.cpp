@@ -27,13 +27,19 @@ RunPlan plan_run(const RunConfig& config, const PlanRequest& request) {
   at_least_one("--threads", request.threads, 1);
   at_least_one("--ranks-per-node", request.ranks_per_node, 0);
   throw_if_any(std::move(faults));
+  if (config.optimizer.method == Method::automatic) {
+    RunConfig settled = config;
+    settle_method(settled);
+    return plan_run(settled, request);
+  }
   switch (config.optimizer.method) {
     case Method::void_and_cluster:
       return plan_order(config, request);
     case Method::construct:
-      return plan_construct(config, request);
+      return config.optimizer.stop.is_none() ? plan_construct(config, request)
+                                             : plan_construct_and_anneal(config, request);
     default:
-      return plan_swaps(config, request);
+      return plan_swaps(config, request, config.start.file.empty() ? Start::random : Start::given);
   }
 }
 

@@ -77,7 +77,7 @@ PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, cons
   const double threads = std::min<double>(request.threads, std::max(1.0, held));
   PlanMemory memory;
   memory.program = program_bytes(request);
-  memory.texture = own * (field + ids);
+  memory.texture = own * (field + (sizes.is_given ? 2 : 1) * ids);
   memory.halo = as_double(rank.halo_slices) * field;
   const double taps = as_double(scored.num_taps + judged.num_taps);
   memory.filter =

@@ -26,6 +26,7 @@ struct SwapSizes {
   bool scalar = true;           // the mean distance is found by sorting
   std::int64_t mean_tasks = 1;  // that it is shared out in, among ranks and threads
   bool has_pdf = false;
+  bool is_given = false;    // the arrangement that the run begins with is kept
   std::int64_t visit = 1;   // iterations of a visit
   double file_samples = 0;  // values that a user's file brings
 };

@@ -12,6 +12,7 @@
 #include "noiseloom/files/npy.h"
 #include "noiseloom/problem/score.h"
 #include "noiseloom/samples/space.h"
+#include "run/checkpoint_parts.h"
 #include "run/plan_filter.h"
 #include "run/plan_memory.h"
 #include "run/plan_speed.h"
@@ -71,7 +72,7 @@ Samples samples_of(const ProblemSpec& problem) {
 
 class SwapPlan {
  public:
-  SwapPlan(const RunConfig& config, const PlanRequest& request);
+  SwapPlan(const RunConfig& config, const PlanRequest& request, Start start);
   RunPlan make();
 
  private:
@@ -95,6 +96,7 @@ class SwapPlan {
   double sweep_seconds() const;
 
   const RunConfig& config_;
+  Start start_;
   const OptimizerSpec& optimizer_;
   const Extents& extents_;
   Samples samples_;
@@ -108,8 +110,9 @@ class SwapPlan {
   double most_slices_;  // of a rank
 };
 
-SwapPlan::SwapPlan(const RunConfig& config, const PlanRequest& request)
+SwapPlan::SwapPlan(const RunConfig& config, const PlanRequest& request, Start start)
     : config_(config),
+      start_(start),
       optimizer_(config.optimizer),
       extents_(config.problem.extents),
       samples_(samples_of(config.problem)),
@@ -202,6 +205,7 @@ SwapSizes SwapPlan::sizes() const {
               MeanDistance(samples_.distance, samples_.channels, extents_.cells_per_slice(), extents_.num_slices())
                   .num_tasks(),
           .has_pdf = samples_.has_pdf,
+          .is_given = start_ == Start::given,
           .visit = plan_.iterations_per_sweep,
           .file_samples = samples_.file_values};
 }
@@ -239,9 +243,7 @@ void SwapPlan::add_exchange() {
 }
 
 void SwapPlan::add_files() {
-  std::vector<SliceDataset> datasets = {{"/samples", ElementType::float32, samples_.channels, true},
-                                        {"/state/permutation", ElementType::uint32, 1, false}};
-  if (samples_.has_pdf) datasets.push_back({"/pdf", ElementType::float32, 1, false});
+  const std::vector<SliceDataset> datasets = datasets_for(samples_.channels, samples_.has_pdf, start_ == Start::given);
   add_file_sizes(config_, datasets, plan_);
 }
 
@@ -314,6 +316,8 @@ void SwapPlan::add_time() {
 
 }  // namespace
 
-RunPlan plan_swaps(const RunConfig& config, const PlanRequest& request) { return SwapPlan(config, request).make(); }
+RunPlan plan_swaps(const RunConfig& config, const PlanRequest& request, Start start) {
+  return SwapPlan(config, request, start).make();
+}
 
 }  // namespace noiseloom

@@ -9,9 +9,12 @@
 
 namespace noiseloom {
 
-RunPlan plan_swaps(const RunConfig& config, const PlanRequest& request);  // anneal and fast
-RunPlan plan_order(const RunConfig& config, const PlanRequest& request);  // void and cluster
-RunPlan plan_construct(const RunConfig& config, const PlanRequest& request);
+// Whether a run begins with an arrangement that it is given, or at random.
+enum class Start { random, given };
+RunPlan plan_swaps(const RunConfig& config, const PlanRequest& request, Start start);  // anneal and fast
+RunPlan plan_order(const RunConfig& config, const PlanRequest& request);               // void and cluster
+RunPlan plan_construct(const RunConfig& config, const PlanRequest& request);           // without a stop rule
+RunPlan plan_construct_and_anneal(const RunConfig& config, const PlanRequest& request);
 
 // What needs no more than the config.
 RunPlan plan_basis(const RunConfig& config, const PlanRequest& request);

@@ -11,12 +11,14 @@ namespace noiseloom {
 namespace {
 
 std::string rule_name(const StopSpec& stop) {
+  if (stop.is_none()) return "none";
   if (stop.iterations > 0) return "iterations";
   if (stop.time_s > 0) return "time";
   return stop.score > 0 ? "score" : "improvement";
 }
 
 std::string value_of(const StopSpec& stop) {
+  if (stop.is_none()) return "none";
   if (stop.iterations > 0) return fmt::format("{}", stop.iterations);
   if (stop.time_s > 0) return fmt::format("{} s", stop.time_s);
   return fmt::format("{}", stop.score > 0 ? stop.score : stop.improvement);
@@ -26,7 +28,7 @@ std::string why_not_more_iterations(const OptimizerSpec& before, const Optimizer
   const std::int64_t first = before.stop.iterations;
   const std::int64_t second = now.stop.iterations;
   if (second < first) return "a run can be extended, not shortened";
-  if (before.method == Method::anneal) {
+  if (before.method != Method::fast) {
     return fmt::format(
         "annealing cools from the first iteration to the last, so a run of {} is not one of {} and {} "
         "more",
@@ -42,6 +44,8 @@ std::string why_not_more_iterations(const OptimizerSpec& before, const Optimizer
 std::string reason(const OptimizerSpec& before, const OptimizerSpec& now) {
   const StopSpec& first = before.stop;
   const StopSpec& second = now.stop;
+  // A construction may be annealed later.
+  if (first.is_none() && before.method == Method::construct) return "";
   if (rule_name(first) != rule_name(second)) return "the rule itself must stay, as the schedule follows from it";
   if (first.time_s > 0) return "the temperature follows the clock to the end, so another end is another run";
   if (first.iterations > 0) return why_not_more_iterations(before, now);
@@ -49,9 +53,14 @@ std::string reason(const OptimizerSpec& before, const OptimizerSpec& now) {
   return further ? "" : "a run can be extended (to a lower value), not shortened";
 }
 
-std::vector<Fault> config_faults(const RunFileReader& saved, const RunConfig& config) {
+std::vector<Fault> config_faults(const RunFileReader& saved, RunConfig config) {
   const RunConfig stored = stored_config(saved.content(), saved.path());
-  const std::string& text = saved.content().config;
+  // A list that is no longer there leaves open what `auto` stands for; the run has it.
+  if (config.optimizer.method == Method::automatic) {
+    config.optimizer.method = stored.optimizer.method;
+    if (config.optimizer.stop.is_none() && config.optimizer.method != Method::construct) config.optimizer.stop = {};
+  }
+  const std::string text = to_toml(stored);  // with what older files do not say yet
   std::vector<std::string> lines = config_differences(text, to_toml(config));
   if (lines.empty()) return {};
   RunConfig with_stored_stop = config;

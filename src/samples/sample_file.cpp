@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <span>
@@ -38,9 +39,22 @@ Layout layout_of(const Shape& shape, std::int64_t n, std::int64_t slices, const 
   if (vectors) return {true, shape[1]};
   if (scalars_per_slice) return {false, 1};
   if (shape.size() == 3 && shape[0] == slices && shape[1] == n && fits(shape[2])) return {false, shape[2]};
+  // A whole texture: [slice axes..., y, x] or [slice axes..., y, x, channel].
+  const auto is_texture = [&](std::size_t dimensions) {
+    if (shape.size() < dimensions) return false;
+    const auto plane = shape.begin() + static_cast<std::ptrdiff_t>(shape.size() - dimensions);
+    const auto product = [](auto begin, auto end) {
+      return std::accumulate(begin, end, std::int64_t{1}, std::multiplies<>());
+    };
+    return product(shape.begin(), plane) == slices && product(plane, plane + 2) == n;
+  };
+  const bool as_scalars = is_texture(2);
+  const bool as_vectors = is_texture(3) && fits(shape.back());
+  if (as_scalars || as_vectors) return {slices == 1, as_scalars ? 1 : shape.back()};
   throw UserError(path,
                   fmt::format("shape {}: the texture has {} slices of {} cells; accepted: ({},), ({}, C), ({}, {}) "
-                              "or ({}, {}, C) with C from 1 to {}",
+                              "or ({}, {}, C) with C from 1 to {}, or those of the texture itself, (..., y, x) or "
+                              "(..., y, x, C)",
                               npy_shape_text(shape), slices, n, n, n, slices, n, slices, n, max_dimensions));
 }
 
@@ -204,6 +218,11 @@ std::vector<float> in_order(std::span<const float> samples, std::size_t channels
 }
 
 }  // namespace
+
+int channels_of_shape(const std::vector<std::int64_t>& shape, std::int64_t cells_per_slice, SliceIndex num_slices,
+                      const std::string& path) {
+  return static_cast<int>(layout_of(shape, cells_per_slice, num_slices, path).channels);
+}
 
 SampleFile::SampleFile(InputArrayPtr array, const std::string& path, DistanceKind distance,
                        std::int64_t cells_per_slice, SliceIndex num_slices)

@@ -11,6 +11,11 @@
 
 namespace noiseloom {
 
+// How many channels the samples of a file of that shape have. Throws UserError, naming the path and the shapes that are
+// accepted.
+int channels_of_shape(const std::vector<std::int64_t>& shape, std::int64_t cells_per_slice, SliceIndex num_slices,
+                      const std::string& path);
+
 class SampleFile {
  public:
   // Checks what was read from the file at `path` as SampleSource promises; UserError naming the path.

@@ -7,6 +7,7 @@
 
 #include "noiseloom/core/math.h"
 #include "noiseloom/core/random.h"
+#include "noiseloom/files/npy.h"
 #include "noiseloom/samples/space.h"
 #include "samples/sample_file.h"
 
@@ -36,6 +37,12 @@ std::uint32_t below(std::uint32_t hi, std::uint32_t lo, std::uint64_t bound) {
 
 int num_channels(const SampleSpec& spec) {
   return spec.is_file() ? spec.channels : sample_space(spec).traits().channels;
+}
+
+int num_channels(const SampleSpec& spec, std::int64_t cells_per_slice, SliceIndex num_slices) {
+  if (!spec.is_file()) return num_channels(spec);
+  const std::vector<std::int64_t> shape = spec.array ? spec.array->shape : read_npy_shape(spec.file);
+  return channels_of_shape(shape, cells_per_slice, num_slices, spec.file);
 }
 
 DistanceKind distance_kind(const SampleSpec& spec, int channels) {

@@ -31,7 +31,8 @@ RunConfig config_with(const std::string& optimizer) {
 }
 
 AccuracyLadder ladder_of(const std::string& optimizer, bool background = true, bool scalar = false, int runs = 1) {
-  return accuracy_ladder(config_with(optimizer),
+  const bool named = optimizer.find("method") != std::string::npos;
+  return accuracy_ladder(config_with((named ? "" : "method = \"anneal\"\n") + optimizer),
                          {.scalar = scalar, .background = background, .exact_cost = background ? 10.0 : 1.0}, runs);
 }
 
@@ -410,7 +411,7 @@ TEST(AccuracyCommand, ChangesTheMethodOfAConfigWithKeysOfItsOwn) {
   write_bytes(
       path,
       "[texture]\nsize = { x = 8, y = 8 }\n[filter]\ngroups = [ { axes = \"xy\", kernel = \"box\", size = 3 } ]\n"
-      "[optimizer]\nbackground_features = 8\ncutoff = 0.01\nstop = { time = \"10s\" }\n");
+      "[optimizer]\nmethod = \"anneal\"\nbackground_features = 8\ncutoff = 0.01\nstop = { time = \"10s\" }\n");
   AccuracyOptions options;
   options.config = path;
   options.folder = "out";

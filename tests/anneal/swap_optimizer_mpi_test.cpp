@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <numeric>
 
 #include "noiseloom/anneal/tile_grid.h"
@@ -175,6 +176,71 @@ TEST(SwapOptimizer, GoesOnFromEveryStepToTheSamePermutations) {
     }
     EXPECT_EQ(engine->history().back().relative_error, expected_history.back().relative_error);
   }
+}
+
+// A run that anneals what another has come to.
+struct GivenRun {
+  GivenRun(const OptimizerSpec& spec, const std::function<void(SwapOptimizer&)>& join = {}) : optimizer(spec) {
+    const Case first = cases().front();
+    problem = first.problem;
+    const Extents& extents = problem.extents;
+    const SampleSource source(problem.samples, extents.cells_per_slice(), extents.num_slices(), problem.seed);
+    const Communicator world = Communicator::world();
+    ThreadPool pool(1);
+    const auto ids = [&](SliceIndex slice) { return start_permutation(99, slice, extents.cells_per_slice()); };
+    SwapOptimizer run(problem, optimizer, source, world, pool);
+    run.start_from(ids, 0.5);
+    given_error = run.last_score();
+    if (join) join(run);
+    while (!run.finished()) run.step(0.5);
+    error = run.relative_error();
+    kept = run.kept_given();
+    history = run.history();
+    for (const SliceIndex slice : run.distribution().own_slices()) {
+      came_back = came_back && run.permutation(slice) == ids(slice) && run.given_permutation(slice) == ids(slice);
+    }
+  }
+
+  OptimizerSpec optimizer;
+  ProblemSpec problem;
+  double given_error = 0;
+  double error = 0;
+  bool kept = false;
+  bool came_back = true;  // the own slices
+  std::vector<HistoryRow> history;
+};
+
+TEST(SwapOptimizer, AnnealsAGivenArrangement) {
+  OptimizerSpec spec;
+  spec.stop.iterations = 60;
+  const GivenRun hot(spec);
+  EXPECT_LT(hot.error, 0.5 * hot.given_error);
+  EXPECT_FALSE(hot.kept);
+  EXPECT_EQ(hot.history.front().relative_error, hot.given_error);
+  const GivenRun cold(spec, [](SwapOptimizer& run) { run.join_cold(); });
+  EXPECT_LT(cold.error, 0.5 * cold.given_error);
+  EXPECT_LT(cold.history.back().temperature, 0.1 * hot.history.back().temperature);
+  const GivenRun joined(spec, [](SwapOptimizer& run) { run.join_schedule(0.5); });
+  EXPECT_LT(joined.error, 0.5 * joined.given_error);
+  EXPECT_NE(joined.error, hot.error);
+  EXPECT_EQ(joined.history.back().temperature, hot.history.back().temperature) << "both end where the schedule does";
+}
+
+TEST(SwapOptimizer, ComesBackToAnArrangementThatItDoesNotImprove) {
+  OptimizerSpec spec;
+  spec.stop.iterations = 2;
+  spec.temperature_start = 100;
+  spec.temperature_end = 90;
+  const GivenRun run(spec);
+  // A random arrangement has R about 1, and so has what the heat makes of it.
+  EXPECT_EQ(run.kept, run.error == run.given_error);
+  EXPECT_EQ(run.kept, run.came_back);
+  EXPECT_LE(run.error, run.given_error);
+  spec.stop = StopSpec::none();
+  spec.stop.time_s = 0.4;  // over when the arrangement is given
+  const GivenRun late(spec);
+  EXPECT_TRUE(late.came_back);
+  EXPECT_EQ(late.error, late.given_error);
 }
 
 TEST(SwapOptimizer, KeepsTheSamplesOfEverySliceBitForBit) {

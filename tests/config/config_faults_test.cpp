@@ -49,8 +49,11 @@ TEST(ConfigFaults, NameUnknownKeysAtEveryLevel) {
        "run.toml:14: optimizer.stop.iteration: unknown key; did you mean \"iterations\"? accepted: iterations, time, "
        "score, improvement"},
       {&ConfigText::optimizer, "quux = 5",
-       "run.toml:14: optimizer.quux: unknown key; accepted: method, stop, precision, cutoff, background_features, "
-       "sieve_features, temperature"},
+       "run.toml:14: optimizer.quux: unknown key; accepted: method, stop, start, precision, cutoff, "
+       "background_features, sieve_features, temperature, density, sharpness"},
+      {&ConfigText::optimizer, "quux = 5\nmethod = \"anneal\"",
+       "run.toml:14: optimizer.quux: unknown key; accepted: method, stop, start, precision, cutoff, "
+       "background_features, sieve_features, temperature"},
   });
 }
 
@@ -170,10 +173,13 @@ TEST(ConfigFaults, NameKeysOfOtherKernelsAndMethods) {
       {&ConfigText::energy, "sigma_s = 2",
        "run.toml:12: energy.sigma_s = 2: applies only with value_kernel = \"stbn\"; here it is \"distance\""},
       {&ConfigText::optimizer, "fraction = 0.5",
-       "run.toml:14: optimizer.fraction = 0.5: applies only with method = \"fast\"; here it is \"anneal\""},
+       "run.toml:14: optimizer.fraction = 0.5: applies only with method = \"fast\"; here it is \"auto\""},
       {&ConfigText::optimizer, "method = \"fast\"\ntemperature = { start = 1 }",
-       "run.toml:15: optimizer.temperature = { start = 1 }: applies only with method = \"anneal\"; here it is "
-       "\"fast\""},
+       "run.toml:15: optimizer.temperature = { start = 1 }: applies only with method = \"anneal\", \"construct\" or "
+       "\"auto\"; here it is \"fast\""},
+      {&ConfigText::optimizer, "method = \"fast\"\nstart = { file = \"a.h5\" }",
+       "run.toml:15: optimizer.start = { file = \"a.h5\" }: applies only with method = \"anneal\" or \"auto\"; here it "
+       "is \"fast\""},
       {&ConfigText::first, "{ axes = \"xy\", kernel = \"box\", size = 3, weight = 0.5 }",
        "run.toml:8: filter.groups[0].weight = 0.5: applies only with combine = \"sum\"; here it is \"product\""},
   });

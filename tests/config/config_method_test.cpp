@@ -111,21 +111,25 @@ TEST(VoidAndClusterConfig, OneGroupNeedsNoCombine) {
 }
 
 TEST(VoidAndClusterConfig, RefusesWhatDoesNotApplyAtItsLine) {
-  const std::string swaps = ": applies only with method = \"anneal\" or \"fast\"; here it is \"void-and-cluster\"";
+  const std::string swaps =
+      ": applies only with method = \"anneal\", \"fast\", \"construct\" or \"auto\"; here it is \"void-and-cluster\"";
   EXPECT_THAT(faults_with(&MaskText::optimizer, "stop = { iterations = 11 }"),
               ElementsAre("run.toml:12: optimizer.stop = { iterations = 11 }" + swaps));
   EXPECT_THAT(faults_with(&MaskText::optimizer, "precision = \"double\""),
               ElementsAre("run.toml:12: optimizer.precision = \"double\"" + swaps));
   EXPECT_THAT(faults_with(&MaskText::optimizer, "cutoff = 0.1"),
               ElementsAre("run.toml:12: optimizer.cutoff = 0.1" + swaps));
-  const std::string anneal = ": applies only with method = \"anneal\"; here it is \"void-and-cluster\"";
+  const std::string anneal =
+      ": applies only with method = \"anneal\", \"construct\" or \"auto\"; here it is \"void-and-cluster\"";
   EXPECT_THAT(faults_with(&MaskText::optimizer, "temperature = { start = 1 }"),
               ElementsAre("run.toml:12: optimizer.temperature = { start = 1 }" + anneal));
   EXPECT_THAT(faults_with(&MaskText::optimizer, "background_features = 3"),
               ElementsAre("run.toml:12: optimizer.background_features = 3" + anneal));
   EXPECT_THAT(faults_with(&MaskText::optimizer, "fraction = 0.5"), ElementsAre(HasSubstr("with method = \"fast\"")));
-  EXPECT_THAT(faults_with(&MaskText::energy, "[energy]\nvalue_kernel = \"stbn\"\nsigma_s = 2"),
-              ElementsAre("run.toml:14: energy.value_kernel = \"stbn\"" + swaps));
+  EXPECT_THAT(
+      faults_with(&MaskText::energy, "[energy]\nvalue_kernel = \"stbn\"\nsigma_s = 2"),
+      ElementsAre("run.toml:14: energy.value_kernel = \"stbn\": applies only with method = \"anneal\", \"fast\" or "
+                  "\"auto\"; here it is \"void-and-cluster\""));
   const std::string with = "with method = \"void-and-cluster\" ";
   EXPECT_THAT(faults_with(&MaskText::samples, "samples = \"vector2\""),
               ElementsAre("run.toml:3: texture.samples = \"vector2\": " + with +
@@ -191,15 +195,23 @@ TEST(VoidAndClusterConfig, AnUnknownWordIsReportedOnce) {
 }
 
 TEST(VoidAndClusterConfig, SettingsOfItBelongToNoOtherMethod) {
-  for (const std::string line : {"density = 0.1", "bounded = \"t\"", "bits = 8", "equalize = \"slice\""}) {
+  for (const std::string line : {"bounded = \"t\"", "bits = 8", "equalize = \"slice\""}) {
     ConfigText config;
     config.optimizer = line;
     EXPECT_THAT(faults_of(config.text()),
                 ElementsAre(AllOf(StartsWith("run.toml:14: optimizer." + line),
                                   HasSubstr("applies only with method = \"void-and-cluster\""),
-                                  EndsWith("here it is \"anneal\""))));
+                                  EndsWith("here it is \"auto\""))));
   }
-  EXPECT_THAT(to_toml(parsed(ConfigText{}.text())), Not(HasSubstr("density")));
+  ConfigText annealed;
+  annealed.optimizer = "density = 0.1\nmethod = \"anneal\"";
+  EXPECT_THAT(
+      faults_of(annealed.text()),
+      ElementsAre(AllOf(StartsWith("run.toml:14: optimizer.density = 0.1"),
+                        HasSubstr("applies only with method = \"void-and-cluster\" or \"construct\" or \"auto\""),
+                        EndsWith("here it is \"anneal\""))));
+  annealed.optimizer = "method = \"anneal\"";
+  EXPECT_THAT(to_toml(parsed(annealed.text())), Not(HasSubstr("density")));
 }
 
 }  // namespace

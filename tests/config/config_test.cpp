@@ -48,6 +48,7 @@ void expect_equal(const RunConfig& a, const RunConfig& b) {
   EXPECT_EQ(a.optimizer.stop.time_s, b.optimizer.stop.time_s);
   EXPECT_EQ(a.optimizer.stop.score, b.optimizer.stop.score);
   EXPECT_EQ(a.optimizer.stop.improvement, b.optimizer.stop.improvement);
+  EXPECT_EQ(a.start.file, b.start.file);
   EXPECT_EQ(a.optimizer.precision, b.optimizer.precision);
   EXPECT_EQ(a.optimizer.cutoff, b.optimizer.cutoff);
   EXPECT_EQ(a.optimizer.background_features, b.optimizer.background_features);
@@ -132,8 +133,9 @@ TEST(Config, LeftOutSettingsHaveTheDefaultsOfTheSpecs) {
   group.kernel.kind = KernelKind::gauss_energy;
   group.kernel.sigma = 1.9;
   expected.problem.filter.groups = {group};
+  expected.optimizer.method = Method::construct;  // what auto stands for
+  expected.optimizer.stop = StopSpec::none();
   expect_equal(config, expected);
-  EXPECT_EQ(config.optimizer.stop.iterations, 1000);
   expect_round_trip(config);
 }
 
@@ -213,7 +215,9 @@ TEST(Config, EveryConfigOfTheRepositoryRoundTrips) {
 }
 
 TEST(Config, TextIsStableAndReadable) {
-  EXPECT_EQ(to_toml(parsed(ConfigText{}.text())), R"([texture]
+  ConfigText annealed;
+  annealed.optimizer = "method = \"anneal\"\n" + annealed.optimizer;
+  EXPECT_EQ(to_toml(parsed(annealed.text())), R"([texture]
 size = { x = 7, y = 5, t = 3 }
 samples = "uniform"
 seed = 1
@@ -236,6 +240,35 @@ cutoff = 0.0
 background_features = 8
 sieve_features = 16
 )");
+}
+
+TEST(Config, AutoStandsForWhatTheSamplesAskFor) {
+  ConfigText text;
+  const auto with = [&](const std::string& samples, const std::string& optimizer, const std::string& energy = "") {
+    text.samples = "samples = " + samples;
+    text.optimizer = optimizer;
+    text.energy = energy;
+    return parsed(text.text()).optimizer;
+  };
+  for (const char* scalars : {"\"uniform\"", "\"tent\"", "\"gauss\""}) {
+    EXPECT_EQ(with(scalars, "").method, Method::construct) << scalars;
+    EXPECT_TRUE(with(scalars, "method = \"auto\"").stop.is_none()) << scalars;
+  }
+  EXPECT_EQ(with("\"uniform\"", "stop = { time = 3 }").method, Method::construct);
+  EXPECT_EQ(with("\"uniform\"", "stop = { time = 3 }").stop.time_s, 3);
+  for (const char* others : {"\"circle\"", "\"vector2\"", "\"sphere\"", "\"disk\""}) {
+    EXPECT_EQ(with(others, "").method, Method::anneal) << others;
+    EXPECT_EQ(with(others, "").stop.iterations, 1000) << others;
+  }
+  EXPECT_EQ(with("\"uniform\"", "", "value_kernel = \"stbn\"").method, Method::anneal);
+  EXPECT_EQ(with("\"uniform\"", "method = \"construct\"").method, Method::construct);
+  EXPECT_EQ(with("\"uniform\"", "method = \"anneal\"").stop.iterations, 1000);
+  text.samples = "samples = \"sphere\"";
+  text.energy = "";
+  text.optimizer = "sharpness = 1.2";
+  EXPECT_THAT(faults_of(text.text()),
+              ElementsAre("run.toml:14: optimizer.sharpness = 1.2: is for construction alone, but method = \"auto\" "
+                          "anneals here"));
 }
 
 TEST(Config, FormerKeysAreReadAsTheirPresentNames) {
@@ -364,6 +397,7 @@ TEST(DescribeSettings, NamesEveryKeyThatAConfigCanHold) {
                           "energy.sigma_s",
                           "optimizer.method",
                           "optimizer.stop.iterations",
+                          "optimizer.start.file",
                           "optimizer.stop.time",
                           "optimizer.stop.score",
                           "optimizer.stop.improvement",
@@ -385,7 +419,7 @@ TEST(DescribeSettings, NamesEveryKeyThatAConfigCanHold) {
   EXPECT_THAT(text, HasSubstr("default 1.9; with kernel = \"gauss-energy\""));
   EXPECT_THAT(text, HasSubstr("default 0.125; with method = \"fast\""));
   EXPECT_THAT(text, HasSubstr("default 0.03; with method = \"construct\""));
-  EXPECT_THAT(text, HasSubstr("default \"distance\"; with method = \"anneal\" or \"fast\""));
+  EXPECT_THAT(text, HasSubstr("default \"distance\"; with method = \"anneal\", \"fast\" or \"auto\""));
 }
 
 }  // namespace

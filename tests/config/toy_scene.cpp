@@ -104,7 +104,7 @@ std::span<const Setting> table() {
        .type = Type::boolean,
        .sentence = "Seen from both sides.",
        .field = [](Object& o) -> Field { return &o.double_sided; },
-       .when = {"object[].shape", "mesh", "plane"}},
+       .when = {"object[].shape", "mesh plane"}},
       {.key = "object[].hole",
        .type = Type::tables,
        .sentence = "What is cut out.",

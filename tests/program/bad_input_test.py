@@ -207,9 +207,10 @@ class BadInput(ProgramTest):
         (self.folder / "cfg").mkdir()
         (self.folder / "tap.npy").rename(self.folder / "cfg" / "tap.npy")
         config = self.write("cfg/good.toml", GOOD.replace('kernel = "gauss", sigma = 1.0', 'kernel = "table", file = "tap.npy"'))
-        self.run_program("generate", config, "-o", "run.h5", "--time-limit", "0.000001s", expect=75)
+        annealing = ("--set", "optimizer.method=anneal")
+        self.run_program("generate", config, "-o", "run.h5", *annealing, "--time-limit", "0.000001s", expect=75)
         self.run_program("score", "run.h5")
-        self.run_program("generate", config, "-o", "run.h5", "--resume")
+        self.run_program("generate", config, "-o", "run.h5", *annealing, "--resume")
 
     def test_output_that_is_no_run_file(self):
         config = self.write("good.toml", GOOD)

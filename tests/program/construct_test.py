@@ -66,7 +66,7 @@ class Construct(ProgramTest):
             with self.subTest(samples):
                 text = CONFIG.replace('"uniform"', samples)
                 self.generate("construct.h5", "--overwrite", config=self.write("a.toml", text))
-                annealed = re.sub(r'method .*\ndensity .*', "stop = { iterations = 3 }", text)
+                annealed = re.sub(r'method .*\ndensity .*', 'method = "anneal"\nstop = { iterations = 3 }', text)
                 self.generate("anneal.h5", "--overwrite", config=self.write("b.toml", annealed))
                 constructed, expected = self.read("construct.h5")[1], self.read("anneal.h5")[1]
                 self.assertFalse(numpy.array_equal(constructed, expected))
@@ -77,7 +77,8 @@ class Construct(ProgramTest):
         numpy.save(self.folder / "pairs.npy", numpy.random.default_rng(1).random((CELLS, 2), dtype=numpy.float32))
         for change, words in ((('"uniform"', '"vector2"'), "texture.samples"), (('"uniform"', '"circle"'), "texture.samples"),
                               (('"uniform"', '{ file = "pairs.npy" }'), "2 channels"),
-                              (("density = 0.2", "stop = { iterations = 5 }"), "optimizer.stop"),
+                              (("density = 0.2", "fraction = 0.5"), "optimizer.fraction"),
+                              (("density = 0.2", 'start = { file = "a.npy" }'), "optimizer.start"),
                               (("density = 0.2", "sharpness = 0"), "optimizer.sharpness"),
                               (("density = 0.2", "density = 0.6"), "optimizer.density"),
                               (("[optimizer]", '[energy]\nvalue_kernel = "stbn"\n[optimizer]'), "energy.value_kernel")):

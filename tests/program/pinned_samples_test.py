@@ -19,7 +19,7 @@ import tomllib
 
 from support import PLAIN_CPU, ProgramTest, main
 
-ANNEAL = 'optimizer.stop = { iterations = 60 }\n'
+ANNEAL = 'optimizer.method = "anneal"\noptimizer.stop = { iterations = 60 }\n'
 FAST = 'optimizer.method = "fast"\noptimizer.stop = { iterations = 16 }\n'
 CONSTRUCT = 'optimizer.method = "construct"\n'
 ORDER = 'optimizer.method = "void-and-cluster"\n'
@@ -33,7 +33,7 @@ CONFIGS = {
     # Annealing: sample spaces and kernels.
     "uniform, box":
         'texture.size = { x = 31, y = 29 }\n'
-        'filter.groups = [{ axes = "xy", kernel = "box", size = 5 }]\noptimizer.stop = { iterations = 250 }\n',
+        'filter.groups = [{ axes = "xy", kernel = "box", size = 5 }]\noptimizer = { method = "anneal", stop = { iterations = 250 } }\n',
     "uniform, one pixel a slice":
         'texture.size = { x = 1, y = 1, t = 5 }\n' + BOX_EMA + ANNEAL,
     "tent, binomial, other seed and temperatures":
@@ -51,7 +51,7 @@ CONFIGS = {
     "circle, tiles":
         'texture.size = { x = 131, y = 97, t = 2 }\ntexture.samples = "circle"\n'
         'filter.groups = [{ axes = "xy", kernel = "box", size = 3 }]\n'
-        'optimizer.stop = { iterations = 50 }\n',
+        'optimizer = { method = "anneal", stop = { iterations = 50 } }\n',
     "vector2, stbn, sum of two groups":
         'texture.size = { x = 16, y = 16, t = 7 }\ntexture.samples = "vector2"\n'
         'filter.combine = "sum"\n'
@@ -102,9 +102,9 @@ CONFIGS = {
         ANNEAL,
     # Other ends of a run.
     "stop by score":
-        'texture.size = { x = 17, y = 16 }\n' + GAUSS_2D + 'optimizer.stop = { score = 0.3 }\n',
+        'texture.size = { x = 17, y = 16 }\n' + GAUSS_2D + 'optimizer = { method = "anneal", stop = { score = 0.3 } }\n',
     "stop by improvement":
-        'texture.size = { x = 16, y = 9 }\n' + GAUSS_2D + 'optimizer.stop = { improvement = 0.2 }\n',
+        'texture.size = { x = 16, y = 9 }\n' + GAUSS_2D + 'optimizer = { method = "anneal", stop = { improvement = 0.2 } }\n',
     # The published algorithm.
     "fast, uniform, product":
         'texture.size = { x = 16, y = 15, t = 6 }\n' + BOX_EMA + FAST,

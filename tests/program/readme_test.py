@@ -112,6 +112,10 @@ class Readme(unittest.TestCase):
                 self.assertTrue(self.works(sys.executable, "-B", "-c", block, block=block).strip())
 
     def test_configs(self):
+        import numpy
+
+        vectors = numpy.random.default_rng(1).normal(size=(128, 128, 3))
+        numpy.save(self.folder / "mine.npy", (vectors / numpy.linalg.norm(vectors, axis=2, keepdims=True)).astype("f4"))
         for number, block in enumerate(blocks("toml")):
             with self.subTest(block=block):
                 config = self.folder / f"block{number}.toml"

@@ -35,6 +35,7 @@ samples = "{samples}"
 combine = {combine}
 groups  = [ {groups} ]
 [optimizer]
+{"" if "method" in more else 'method = "anneal"'}
 stop = {{ iterations = {iterations} }}
 {more}
 """)
@@ -99,6 +100,7 @@ stop = {{ iterations = {iterations} }}
 texture.size     = {{ {size} }}
 texture.samples  = "uniform"
 filter.groups    = [ {{ axes = "xy", kernel = "box", size = 3 }} ]
+optimizer.method = "anneal"
 optimizer.stop   = {{ score = 0.0001 }}
 """)
             done = self.run_program("generate", config, "-o", "far.h5", "--overwrite", "--progress", "plain", timeout=100)

@@ -13,6 +13,7 @@ samples = "uniform"
 combine = "product"
 groups  = [ { axes = "xy", kernel = "box", size = 3 }, { axes = "t", kernel = "box", size = 2 } ]
 [optimizer]
+method = "anneal"
 stop = { iterations = 64 }
 """
 

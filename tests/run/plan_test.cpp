@@ -28,7 +28,8 @@ RunConfig config_of(const std::string& size, const std::vector<std::string>& gro
   std::string list;
   for (const std::string& group : groups) list += (list.empty() ? "" : ", ") + group;
   const std::string text = "[texture]\nsize = { " + size + " }\nsamples = " + samples + "\n[filter]\ncombine = \"" +
-                           combine + "\"\ngroups = [ " + list + " ]\n[optimizer]\nstop = { iterations = 1000 }\n";
+                           combine + "\"\ngroups = [ " + list +
+                           " ]\n[optimizer]\nmethod = \"anneal\"\nstop = { iterations = 1000 }\n";
   return parse_config(text, "test.toml", "", overrides);
 }
 

@@ -18,6 +18,7 @@ size = { x = 7, y = 5, t = 9 }
 [filter]
 groups = [ { axes = "xy", kernel = "box", size = 3 }, { axes = "t", kernel = "ema", alpha = 0.1 } ]
 [optimizer]
+method = "anneal"
 stop = { iterations = 30 }
 )";
 
@@ -151,9 +152,11 @@ TEST(SwapCheckpoint, RefusesTheRunOfAnotherAlgorithm) {
   write_changed(world, folder / "run.h5", 0,
                 [](auto& content, auto&) { content.state["algorithm"] = anneal_algorithm + 1; });
   const std::string said = restoring(folder / "run.h5", swap_config_of(), world);
-  EXPECT_THAT(said,
-              HasSubstr("run.h5: begun with algorithm 3 of anneal (noiseloom 9.9), but this program has algorithm 2"));
-  EXPECT_THAT(said, HasSubstr("finish it with a program of algorithm 3, or start afresh"));
+  const std::string later = std::to_string(anneal_algorithm + 1);
+  EXPECT_THAT(said, HasSubstr("run.h5: begun with algorithm " + later +
+                              " of anneal (noiseloom 9.9), but this program has algorithm " +
+                              std::to_string(anneal_algorithm)));
+  EXPECT_THAT(said, HasSubstr("finish it with a program of algorithm " + later + ", or start afresh"));
   world.barrier();
   // From before there were numbers.
   write_changed(world, folder / "run.h5", 0, [](auto& content, auto&) {

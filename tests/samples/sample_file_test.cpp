@@ -235,13 +235,23 @@ TEST_F(SampleFileTest, RefusesShapesSayingWhichItAccepts) {
   EXPECT_EQ(
       fault({6}, six, 5, 2),
       "shape (6,): the texture has 2 slices of 5 cells; accepted: (5,), (5, C), (2, 5) or (2, 5, C) with C from 1 "
-      "to 8");
+      "to 8, or those of the texture itself, (..., y, x) or (..., y, x, C)");
   EXPECT_THAT(fault({3, 2}, six, 2, 5), HasSubstr("shape (3, 2): the texture has 5 slices of 2 cells"));
   EXPECT_THAT(fault({1, 6, 1}, six, 6, 2), HasSubstr("accepted"));
-  EXPECT_THAT(fault({1, 1, 6, 1}, six, 6, 1), HasSubstr("accepted"));
+  EXPECT_THAT(fault({1, 1, 6, 1}, six, 6, 2), HasSubstr("accepted"));
+  EXPECT_THAT(fault({2, 3, 2}, std::vector<float>(12, 0.5F), 6, 3), HasSubstr("accepted"));
   EXPECT_THAT(fault({0}, {}, 1, 1), HasSubstr("accepted"));
   EXPECT_THAT(fault({2, 9}, std::vector<float>(18, 0.5F), 2, 3), HasSubstr("accepted"));
   EXPECT_THAT(fault({2, 2}, {1, 2, 3, 4}, 2, 2), HasSubstr("could be 2 samples of 2 channels or 2 slices of 2"));
+}
+
+TEST_F(SampleFileTest, TakesAWholeTexture) {
+  std::vector<float> values(24);
+  std::iota(values.begin(), values.end(), 1.0F);
+  EXPECT_EQ(source({2, 3, 4}, values, 12, 2, DistanceKind::euclidean).list(1).front(), 13);
+  EXPECT_EQ(source({2, 2, 2, 3}, values, 6, 4, DistanceKind::euclidean).list(3).back(), 24);
+  EXPECT_EQ(source({2, 3, 2, 2}, values, 6, 2, DistanceKind::euclidean).channels(), 2);
+  EXPECT_EQ(source({3, 8}, values, 24, 1, DistanceKind::euclidean).channels(), 1);
 }
 
 TEST_F(SampleFileTest, ChecksWhatTheDistanceNeeds) {

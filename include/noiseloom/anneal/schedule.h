@@ -50,8 +50,9 @@ class Schedule {
   std::int64_t iterations_per_sweep() const { return per_sweep_; }
   // Iterations that are done when `sweep` begins.
   std::int64_t iterations_before(std::int64_t sweep) const;
-  // The moment at which `sweep` begins. `elapsed_s` counts for stop.time only.
-  Moment moment(std::int64_t sweep, double elapsed_s) const;
+  // The moment at which `sweep` begins. The seconds since the run began, and those at which its sweeps did, count for
+  // stop.time only.
+  Moment moment(std::int64_t sweep, double elapsed_s, double begun_s = 0) const;
   // Iterations of the round of a moment; 0 with stop.time.
   std::int64_t iterations_of_round(const Moment& moment) const;
 
@@ -68,6 +69,10 @@ class Schedule {
   std::int64_t per_sweep_;
   std::int64_t first_round_;  // in sweeps
 };
+
+// Where in the schedule of a random start a run is that joins it at `join`, when `fraction` of its own is over: from
+// `join` to 1.
+double joined_fraction(double join, double fraction);
 
 // start > 0, end > 0; bit-stable.
 double temperature_at(double start, double end, double fraction);

@@ -6,20 +6,25 @@
 
 namespace noiseloom {
 
-enum class Method { anneal, fast, void_and_cluster, construct };
+// `automatic` is none that runs: it stands for construct or anneal until the samples are known
+// (config/config.h, settle_method).
+enum class Method { anneal, fast, void_and_cluster, construct, automatic };
 enum class Precision { float32, float64 };
 
-// Exactly one rule is set; the others are zero.
+// At most one rule is set; the others are zero. With none, construct ends when it has placed all samples.
 struct StopSpec {
   std::int64_t iterations = 1000;  // one iteration = one candidate pair for every two samples
   double time_s = 0;               // the schedule is fitted to it
   double score = 0;                // stop at R <= score
   double improvement = 0;          // stop when a hundred iterations more lower R by less than this fraction
+
+  static constexpr StopSpec none() { return {.iterations = 0}; }
+  bool is_none() const { return iterations <= 0 && time_s <= 0 && score <= 0 && improvement <= 0; }
 };
 
 struct OptimizerSpec {
   Method method = Method::anneal;
-  StopSpec stop;
+  StopSpec stop = {};
   Precision precision = Precision::float32;
   double cutoff = 0;             // footprint taps below cutoff * F(0) are left out of the energy (never out of R)
   int background_features = 8;   // anneal, product over slices: features that stand for the other slices; 0: all taps

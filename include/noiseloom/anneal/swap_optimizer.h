@@ -39,6 +39,9 @@ namespace noiseloom {
 inline constexpr std::int64_t anneal_algorithm = 4;
 inline constexpr std::int64_t fast_algorithm = 2;
 
+// Of a slice: the id of the sample of every cell.
+using PermutationOf = std::function<std::vector<std::uint32_t>(SliceIndex)>;
+
 // Of the last sweep.
 struct SweepFigures {
   double temperature = 0;  // or gamma
@@ -55,11 +58,23 @@ class SwapOptimizer {
   // Places the stratified samples at random and scores them. Where no swap can change R, the run is over (unless it
   // stops by iterations). *Collective*
   void start();
+  // Begins with a given arrangement, which annealing goes on from and which the run comes back to if that does not
+  // lower R. `permutation` gives any slice that this rank owns or is coupled with. With stop.time, `seconds` of the run
+  // are over. *Collective*
+  void start_from(const PermutationOf& permutation, double seconds);
+  // After start_from: annealing begins where that from a random arrangement is when this fraction of it is over, [0,
+  // 1]; at its start unless this is called. *Collective*
+  void join_schedule(double fraction);
+  // After start_from, instead: annealing that keeps to temperatures at which nothing melts (swap_choices.h,
+  // cold_range), for an arrangement that it could not make.
+  void join_cold();
   // Goes on from a saved state. `permutation` gives any slice that this rank owns or is coupled with. *Collective*
-  void restore(const SwapState& state, const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation);
+  // `given`: what an own slice began with, where SwapState::is_given.
+  void restore(const SwapState& state, const PermutationOf& permutation, const PermutationOf& given = {});
   // Slices whose permutation restore() will ask for: own, then needed.
   std::vector<SliceIndex> slices_held() const;
 
+  Method method() const;
   bool finished() const;
   const std::string& finished_by() const;  // why it is over (schedule.h, `ended`); empty while it is not
   // Moves one colour class; at the end of a sweep scores and decides whether to go on. `seconds`: since the run began;
@@ -76,6 +91,9 @@ class SwapOptimizer {
   SwapState state();
   const std::vector<HistoryRow>& history() const;
   const SweepFigures& last_sweep() const;
+  double join() const;
+  bool is_cold() const;
+  bool kept_given() const;                       // R fell nowhere below that of the given arrangement, which is back
   double last_score() const;                     // R when it was last evaluated,
   std::int64_t last_score_at_iteration() const;  // after how many iterations that was,
   bool last_score_is_current() const;            // and whether nothing has moved since
@@ -83,6 +101,7 @@ class SwapOptimizer {
   std::int64_t sweep() const;
   std::int64_t iterations() const;  // done so far
   std::int64_t iterations_per_sweep() const;
+  std::int64_t iterations_per_sweep(bool cold) const;  // of a run that keeps to the cold, or of one that does not
   Moment moment() const;
   // Whether the schedule asks for a row of the history after so many sweeps, at least 1, that are not the run's end.
   // Not for stop.time.
@@ -97,6 +116,9 @@ class SwapOptimizer {
   std::int64_t messages_sent() const;    // by this rank
   std::int64_t candidates_done() const;  // by this rank since it was made
 
+  // Where the run began with a given arrangement: that of an own slice.
+  bool has_given() const;
+  const std::vector<std::uint32_t>& given_permutation(SliceIndex slice) const;
   // Of an own slice: ids by cell, and samples interleaved [y][x][channel].
   const std::vector<std::uint32_t>& permutation(SliceIndex slice) const;
   std::vector<float> samples(SliceIndex slice) const;

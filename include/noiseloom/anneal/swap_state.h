@@ -35,7 +35,14 @@ struct SwapState {
   std::int64_t iterations = 0;  // done, up to the last whole sweep
   std::int64_t scored_iterations = 0;
   std::int64_t scored_step = 0;
-  std::string finished;  // why the run is over (schedule.h, `ended`); empty while it is not
+  // Of a run that began with a given arrangement (start_from); zeros where it began with a random one.
+  std::int64_t is_given = 0;    // 1: it did
+  double begun_s = 0;           // when, in seconds of the run
+  double join = 0;              // where in its schedule (schedule.h, joined_fraction)
+  std::int64_t is_cold = 0;     // 1: it keeps to the cold (join_cold)
+  double given_error = 0;       // R of that arrangement
+  std::int64_t given_kept = 0;  // 1: the run is over and came to no lower R, so that it is back at that arrangement
+  std::string finished;         // why the run is over (schedule.h, `ended`); empty while it is not
   std::vector<HistoryRow> history;
 
   // Whether `relative_error` is R of the texture as it is now.

@@ -13,12 +13,18 @@
 
 namespace noiseloom {
 
+// The arrangement that a run begins with.
+struct StartSpec {
+  std::string file;  // a run file or a .npy; empty: random
+};
+
 // File names in `problem` can be opened as they are: the config's folder is part of them.
 struct RunConfig {
   ProblemSpec problem;
-  OptimizerSpec optimizer;
+  OptimizerSpec optimizer = {.method = Method::automatic};
   OrderSpec order;          // of void and cluster
   ConstructSpec construct;  // of construct
+  StartSpec start;          // of anneal
   WrittenPaths written_paths;
 };
 
@@ -40,6 +46,13 @@ std::string to_toml(const RunConfig& config);
 // The keys whose values differ between two effective configs, one line each: `texture.seed: 1 in the file, 2 here`.
 // Throws UserError if `stored` is not TOML.
 std::vector<std::string> config_differences(const std::string& stored, const std::string& current);
+
+// Puts the method that `auto` stands for in its place: construct for scalars that are compared by their difference and
+// begin with no arrangement of their own, else anneal; with what follows from it where there is no stop rule. Of a list
+// of samples, `channels` says how many it has. Leaves every other method alone.
+void settle_method(RunConfig& config, int channels);
+// The same where the list is at hand, or its file is. Reads its header; throws UserError as reading it would.
+void settle_method(RunConfig& config);
 
 // The problem of a config whose method is void-and-cluster.
 VacSpec vac_spec(const RunConfig& config);

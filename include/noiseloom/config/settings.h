@@ -153,14 +153,15 @@ class Access {
   Field (*field_)(const Owners&) = nullptr;
 };
 
-// The setting applies only where another setting, of type word, has this word or the other one. That setting has one
-// row; where it belongs to a list element its row stands before.
+// The setting applies only where another setting, of type word, has one of these words. That setting has one row; where
+// it belongs to a list element its row stands before.
 struct Condition {
   std::string_view key = {};
-  std::string_view word = {};
-  std::string_view or_word = {};
+  std::string_view words = {};  // separated by single blanks
 
-  // `"anneal" or "fast"`
+  bool accepts(std::string_view word) const;
+  std::string_view first_word() const { return words.substr(0, words.find(' ')); }
+  // `"anneal", "fast" or "auto"`
   std::string to_string() const;
 };
 

@@ -15,8 +15,8 @@ namespace noiseloom {
 // names none. Throws EnvironmentError.
 std::string inputs_digest(const RunConfig& config);
 
-// What save_run writes.
-std::vector<SliceDataset> run_datasets(const SampleSource& source);
+// What save_run writes; `has_given`: of a run that begins with a given arrangement.
+std::vector<SliceDataset> run_datasets(const SampleSource& source, bool has_given = false);
 
 // The number of the algorithm (anneal/swap_optimizer.h, construct/void_and_cluster.h) of the program that wrote a run
 // file; 1 for files from before there were such numbers. Throws UserError, naming `path`, for what is no such number.

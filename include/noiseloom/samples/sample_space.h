@@ -20,6 +20,10 @@ int num_channels(const SampleSpec& spec);
 // Of samples of `channels` numbers. file: what the spec says, save that lengths of one number are `absolute`.
 DistanceKind distance_kind(const SampleSpec& spec, int channels);
 
+// Of a texture of those slices. file: what its contents say, or its header where they are not at hand; throws UserError
+// for a shape that fits no such texture.
+int num_channels(const SampleSpec& spec, std::int64_t cells_per_slice, SliceIndex num_slices);
+
 // Distance in double. a, b: `channels` values each. circle: circumference 1. angle: radians, cosine clamped to [-1, 1];
 // unit vectors in float have lengths off by up to 1e-7, so equal samples may be 5e-4 apart.
 double distance(DistanceKind kind, int channels, const float* a, const float* b);

@@ -1,0 +1,77 @@
+// Construction and then annealing: of a construction that has a stop rule.
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+
+#include "noiseloom/run/construct_checkpoint.h"
+#include "run/job_construct.h"
+#include "run/job_swap.h"
+
+namespace noiseloom {
+namespace {
+
+// One of its two parts at a time; the run file is that of the part.
+class ConstructAnnealJob : public Job {
+ public:
+  explicit ConstructAnnealJob(const RunConfig& config)
+      : config_(config), construction_(std::make_unique<ConstructJob>(config)) {}
+
+  void prepare(const Communicator& communicator, ThreadPool& pool) override {
+    communicator_ = &communicator;
+    pool_ = &pool;
+    construction_->prepare(communicator, pool);
+  }
+  void start(double run_s) override { construction_->start(run_s); }
+  void restore(const RunFileReader* saved) override {
+    const bool constructing =
+        communicator_->broadcast(saved != nullptr && is_construct_run(saved->content()) ? 1.0 : 0.0) != 0;
+    if (constructing) return construction_->restore(saved);
+    take_up_annealing();
+    annealing_->restore(saved);
+  }
+  void step(double run_s) override {
+    if (annealing_) return annealing_->step(run_s);
+    if (!construction_->finished()) return construction_->step(run_s);
+    const std::map<SliceIndex, std::vector<std::uint32_t>> places = construction_->places();
+    take_up_annealing();
+    annealing_->start_from([&](SliceIndex slice) { return places.at(slice); }, run_s);
+  }
+  bool finished() const override { return annealing_ && annealing_->finished(); }
+  std::string save(const SaveTarget& target) override { return part().save(target); }
+  void refresh() override { part().refresh(); }
+  bool refreshes_quickly() const override { return part().refreshes_quickly(); }
+  std::vector<SliceDataset> datasets() const override { return SwapJob(config_).datasets(); }
+
+  std::string title() const override { return part().title() + (annealing_ ? "" : ", then anneal"); }
+  std::string start_words() const override { return part().start_words(); }
+  bool is_coupled() const override { return part().is_coupled(); }
+  std::string position() const override { return part().position(); }
+  std::size_t num_rows() const override { return part().num_rows(); }
+  ProgressFigures figures(double run_s, double part_s) override { return part().figures(run_s, part_s); }
+  std::vector<std::pair<std::string, std::string>> summary(double run_s) override { return part().summary(run_s); }
+
+ private:
+  Job& part() const { return annealing_ ? static_cast<Job&>(*annealing_) : *construction_; }
+  // The memory of the first part is given back before the second takes its own.
+  void take_up_annealing() {
+    construction_.reset();
+    annealing_ = std::make_unique<SwapJob>(config_);
+    annealing_->prepare(*communicator_, *pool_);
+  }
+
+  const RunConfig& config_;
+  const Communicator* communicator_ = nullptr;
+  ThreadPool* pool_ = nullptr;
+  std::unique_ptr<ConstructJob> construction_;
+  std::unique_ptr<SwapJob> annealing_;
+};
+
+}  // namespace
+
+std::unique_ptr<Job> make_construct_job(const RunConfig& config) {
+  if (config.optimizer.stop.is_none()) return std::make_unique<ConstructJob>(config);
+  return std::make_unique<ConstructAnnealJob>(config);
+}
+
+}  // namespace noiseloom

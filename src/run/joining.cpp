@@ -1,0 +1,139 @@
+#include "run/joining.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "noiseloom/anneal/swap_optimizer.h"
+#include "noiseloom/core/math.h"
+#include "noiseloom/dist/communicator.h"
+#include "noiseloom/problem/footprint.h"
+
+namespace noiseloom {
+namespace {
+
+constexpr double share_of_trials = 0.05;
+constexpr double fewest_iterations = 100;  // fewer do not tell what more would come to
+constexpr double most_iterations = 2000;
+// Of rounds, whose number is not known.
+constexpr double iterations_of_rounds = 2000;
+constexpr std::int64_t most_pixels = std::int64_t{1} << 17;
+
+double real(std::int64_t count) { return static_cast<double>(count); }
+
+// The same problem in a texture that is small along x and y, and of one slice where slices do not act on each other.
+struct Twin {
+  ProblemSpec problem;
+  OptimizerSpec optimizer;
+};
+
+// Every k-th sample of the first slice, in the order of their ids.
+SampleSpec thinned(const SampleSpec& samples, const SampleSource& source, std::int64_t wanted) {
+  if (!samples.is_file()) return samples;
+  const std::vector<float> list = source.list(0);
+  const auto channels = static_cast<std::size_t>(source.channels());
+  const auto n = static_cast<std::uint64_t>(source.cells_per_slice());
+  std::vector<float> values;
+  for (std::uint64_t k = 0; k < static_cast<std::uint64_t>(wanted); ++k) {
+    const float* const sample = list.data() + (k * n / static_cast<std::uint64_t>(wanted)) * channels;
+    values.insert(values.end(), sample, sample + channels);
+  }
+  SampleSpec thin = samples;
+  thin.array =
+      std::make_shared<const InputArray>(InputArray{{wanted, static_cast<std::int64_t>(channels)}, std::move(values)});
+  return thin;
+}
+
+Twin twin_of(const RunConfig& config, const SampleSource& source) {
+  const Extents& extents = config.problem.extents;
+  const Footprint footprint(extents, config.problem.filter);
+  const bool coupled = footprint.couples_slices();
+  std::vector<std::int64_t> sizes;
+  std::vector<std::string> names;
+  for (int axis = 0; axis < extents.num_axes(); ++axis) {
+    const std::int64_t small = std::max<std::int64_t>(coupled ? 32 : 64, axis < 2 ? 4 * footprint.reach(axis) : 0);
+    sizes.push_back(axis < 2 ? std::min(extents.size(axis), small) : coupled ? extents.size(axis) : 1);
+    names.push_back(extents.name(axis));
+  }
+  const auto pixels = [&] {
+    double product = 1;
+    for (const std::int64_t size : sizes) product *= real(size);
+    return product;
+  };
+  while (pixels() > real(most_pixels) && sizes.size() > 2) {
+    const auto longest = std::max_element(sizes.begin() + 2, sizes.end());
+    if (*longest < 8) break;
+    *longest /= 2;
+  }
+  Twin twin{config.problem, config.optimizer};
+  twin.problem.extents = Extents(sizes, names);
+  twin.problem.samples = thinned(config.problem.samples, source, twin.problem.extents.cells_per_slice());
+  twin.optimizer.method = Method::anneal;
+  return twin;
+}
+
+// R that annealing comes to from a random arrangement, and how long a candidate took.
+struct Trial {
+  double relative_error;
+  double candidate_s;
+};
+
+Trial anneal(Twin twin, double iterations, ThreadPool& pool) {
+  twin.optimizer.stop = StopSpec::none();
+  twin.optimizer.stop.iterations = static_cast<std::int64_t>(iterations);
+  const Extents& extents = twin.problem.extents;
+  const SampleSource source(twin.problem.samples, extents.cells_per_slice(), extents.num_slices(), twin.problem.seed);
+  const Communicator alone = Communicator::self();
+  SwapOptimizer optimizer(twin.problem, twin.optimizer, source, alone, pool);
+  optimizer.start();
+  const auto begun = std::chrono::steady_clock::now();
+  while (!optimizer.finished()) optimizer.step(0);
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  return {optimizer.relative_error(), took_s / std::max(1.0, real(optimizer.candidates_done()))};
+}
+
+}  // namespace
+
+double extrapolated_error(double error_of_quarter, double error, double tried, double iterations) {
+  constexpr double lasting = 0.75;
+  if (!(error < error_of_quarter) || iterations <= tried) return error;
+  const double quadruplings = math::log(iterations / tried) / math::log(4);
+  const double gain = math::log(error_of_quarter / error);
+  // The sum of lasting^k for k = 1, 2, ..., quadruplings.
+  const double times = lasting * (1 - math::exp(quadruplings * math::log(lasting))) / (1 - lasting);
+  return error * math::exp(-gain * times);
+}
+
+Joining joining_of(double expected_ratio) {
+  if (expected_ratio < 0.985) return {expected_ratio, false, 0};
+  if (!(expected_ratio <= 1.04)) return {expected_ratio, true, 0};
+  return {expected_ratio, false, 0.3 + 3 * (expected_ratio - 1)};
+}
+
+Joining find_joining(const RunConfig& config, const SampleSource& source, const JoiningQuestion& question,
+                     ThreadPool& pool) {
+  const Twin twin = twin_of(config, source);
+  const double pixels = real(config.problem.extents.num_cells());
+  const double twin_pixels = real(twin.problem.extents.num_cells());
+  const StopSpec& stop = config.optimizer.stop;
+  double iterations = stop.iterations > 0 ? real(stop.iterations) : iterations_of_rounds;
+  if (stop.time_s > 0) {
+    const Trial trial = anneal(twin, 4, pool);
+    const double used = std::min(question.workers, pool.num_threads());  // what the trial had
+    const double candidates = question.left_s / std::max(trial.candidate_s, 1e-9) * question.workers / used;
+    iterations = std::max(1.0, candidates * 2 / pixels);
+  }
+  const double affordable = share_of_trials / 1.25 * iterations * pixels / twin_pixels;
+  const double tried = std::min(iterations, std::clamp(affordable, fewest_iterations, most_iterations));
+  const double quarter = anneal(twin, std::max(1.0, std::floor(tried / 4)), pool).relative_error;
+  const double error = anneal(twin, std::max(1.0, std::floor(tried)), pool).relative_error;
+  const double expected = extrapolated_error(quarter, error, tried, iterations);
+  return joining_of(question.given_error > 0 ? expected / question.given_error : 2);
+}
+
+}  // namespace noiseloom

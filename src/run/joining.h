@@ -1,0 +1,38 @@
+// Where annealing joins its schedule when it begins with a given arrangement: hot enough to lead somewhere, and not so
+// hot that it melts what it was given into something that it cannot make again in the work that it has.
+#pragma once
+
+#include "noiseloom/config/config.h"
+#include "noiseloom/core/parallel.h"
+#include "noiseloom/samples/sample_space.h"
+
+namespace noiseloom {
+
+// What annealing has to do, and what it was given.
+struct JoiningQuestion {
+  double given_error = 1;  // R of the arrangement
+  double left_s = 0;       // stop.time: for so long
+  int workers = 1;         // stop.time: threads that move slices, of all ranks
+};
+
+struct Joining {
+  double expected_ratio = 1;  // R that annealing from a random arrangement would come to, over that of the given one
+  bool cold = false;          // join_cold
+  double fraction = 0;        // else join_schedule
+};
+
+// By trials on a small texture of the same filter, which take a twentieth of the work at most (and moments at least).
+// The same on every rank and machine, but for stop.time.
+Joining find_joining(const RunConfig& config, const SampleSource& source, const JoiningQuestion& question,
+                     ThreadPool& pool);
+
+// The rule alone. Measured on 128x128 with box 3, box 5, gauss 0.7, gauss 1.0, binomial 2 and binomial 3, constructed
+// and then annealed for 100 to 30,000 iterations from each tenth of the schedule, and on 64x64x32 with an EMA
+// (tests/bench/README.md).
+Joining joining_of(double expected_ratio);
+
+// What R falls to in `iterations`, where it came to `error_of_quarter` in a quarter of `tried` iterations and to
+// `error` in all of them: every four times as many gain three quarters of what the four times before gained.
+double extrapolated_error(double error_of_quarter, double error, double tried, double iterations);
+
+}  // namespace noiseloom

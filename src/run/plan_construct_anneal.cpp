@@ -1,0 +1,50 @@
+// The plan of a construction that is annealed afterwards.
+#include <algorithm>
+#include <utility>
+
+#include "run/plan_swap.h"
+
+namespace noiseloom {
+namespace {
+
+// Trials of how hot annealing may begin (src/run/joining.h).
+constexpr double share_of_joining_trials = 0.05;
+
+PlanEffect annealing(const StopSpec& stop) {
+  const char* const rule = stop.iterations > 0 ? "stop.iterations"
+                           : stop.time_s > 0   ? "stop.time"
+                           : stop.score > 0    ? "stop.score"
+                                               : "stop.improvement";
+  return {
+      "annealing", true,
+      std::string("of what was constructed, until ") + rule + "; trials at its begin say from where in its schedule"};
+}
+
+}  // namespace
+
+// One part after the other: the memory of that which needs more, and the time of both.
+RunPlan plan_construct_and_anneal(const RunConfig& config, const PlanRequest& request) {
+  RunConfig second = config;
+  second.optimizer.method = Method::anneal;
+  const RunPlan construction = plan_construct(config, request);
+  RunPlan plan = plan_swaps(second, request, Start::given);
+  plan.method = construction.method;
+  for (const PlanEffect& effect : construction.effects) {
+    const bool there = std::any_of(plan.effects.begin(), plan.effects.end(),
+                                   [&](const PlanEffect& other) { return other.name == effect.name; });
+    if (!there) plan.effects.push_back(effect);
+  }
+  plan.effects.push_back(annealing(config.optimizer.stop));
+
+  if (construction.most.peak() > plan.most.peak()) plan.most = construction.most;
+  for (std::size_t k = 0; k < plan.ranks.size(); ++k) {
+    plan.ranks[k].bytes = std::max(plan.ranks[k].bytes, construction.ranks[k].bytes);
+  }
+  plan.node_bytes = std::max(plan.node_bytes, construction.node_bytes);
+  plan.time.moves *= 1 + share_of_joining_trials;
+  plan.time.start += construction.time.total() - construction.time.saves;
+  plan.time.spread = std::max(plan.time.spread, construction.time.spread);
+  return plan;
+}
+
+}  // namespace noiseloom
