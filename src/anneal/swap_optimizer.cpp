@@ -80,14 +80,16 @@ void SwapOptimizer::start_from(const PermutationOf& permutation, double seconds)
   if (limit_s > 0 && state.finished.empty() && state.begun_s >= limit_s) state.finished = ended::by_time;
 }
 
-void SwapOptimizer::join_schedule(double fraction) {
+void SwapOptimizer::join_schedule(double fraction, double seconds) {
   NOISELOOM_CHECK(impl_->state.sweep == 0 && impl_->state.step == 0);
   impl_->state.join = impl_->communicator.broadcast(fraction);
+  impl_->state.begun_s = impl_->communicator.broadcast(seconds);
 }
 
-void SwapOptimizer::join_cold() {
+void SwapOptimizer::join_cold(double seconds) {
   NOISELOOM_CHECK(impl_->state.sweep == 0 && impl_->state.step == 0);
   impl_->state.is_cold = 1;
+  impl_->state.begun_s = impl_->communicator.broadcast(seconds);
   impl_->schedule = Schedule(impl_->optimizer.stop, iterations_per_sweep(true));
 }
 
@@ -195,8 +197,9 @@ std::int64_t SwapOptimizer::iterations() const { return impl_->state.iterations;
 std::int64_t SwapOptimizer::iterations_per_sweep() const { return impl_->schedule.iterations_per_sweep(); }
 Moment SwapOptimizer::moment() const { return impl_->moment(); }
 const Distribution& SwapOptimizer::distribution() const { return impl_->slices.distribution(); }
-bool SwapOptimizer::row_is_planned_after(std::int64_t sweeps) const {
-  return impl_->row_is_planned(impl_->schedule.moment(sweeps - 1, 0));
+bool SwapOptimizer::row_is_planned_after(std::int64_t sweeps, bool cold) const {
+  const Schedule schedule(impl_->optimizer.stop, iterations_per_sweep(cold));
+  return impl_->row_is_planned(schedule, schedule.moment(sweeps - 1, 0));
 }
 const HaloPlan& SwapOptimizer::halo() const { return impl_->slices.halo(); }
 std::int64_t SwapOptimizer::num_classes() const { return std::ssize(impl_->classes); }

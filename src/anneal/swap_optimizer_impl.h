@@ -72,7 +72,7 @@ struct SwapOptimizer::Impl {
   bool is_out_of_time(double seconds) const;
   void end_sweep(double seconds);
   bool score_is_wanted(double seconds) const;
-  bool row_is_planned(const Moment& moment) const;
+  bool row_is_planned(const Schedule& rounds, const Moment& moment) const;
   void adapt_fraction(std::int64_t accepted, const Moment& moment);
   void add_row(double seconds);
   void keep_the_better();

@@ -37,7 +37,7 @@ bool SwapOptimizer::Impl::score_is_wanted(double seconds) const {
 
 // A run of `fast` by iterations may be extended (run/resume.h), and must then have the rows of one that had the later
 // end from its start: so these follow from the sweep alone.
-bool SwapOptimizer::Impl::row_is_planned(const Moment& moment) const {
+bool SwapOptimizer::Impl::row_is_planned(const Schedule& rounds, const Moment& moment) const {
   const std::int64_t judged_taps =
       movers.use_features() ? std::ssize(energy_footprint.slices()[0].taps) : energy_footprint.num_taps();
   const double worth =
@@ -45,7 +45,7 @@ bool SwapOptimizer::Impl::row_is_planned(const Moment& moment) const {
   if (optimizer.method == Method::fast && optimizer.stop.iterations > 0) {
     return score_due_without_end(moment.sweep_in_round + 1, score_interval(worth));
   }
-  return score_due(moment, scores_per_round(worth, schedule.iterations_of_round(moment)));
+  return score_due(moment, scores_per_round(worth, rounds.iterations_of_round(moment)));
 }
 
 // With stop.time: whether the last score is all that there is time for.
@@ -79,7 +79,7 @@ void SwapOptimizer::Impl::end_sweep(double seconds) {
     const double score_s = communicator.broadcast(quick_score_s());
     row_is_due = out_of_time || now - state.history.back().seconds >= std::max(limit_s / 50, score_share * score_s);
   } else {
-    row_is_due = moment.ends_round() || row_is_planned(moment);
+    row_is_due = moment.ends_round() || row_is_planned(schedule, moment);
   }
   if (row_is_due || sums[2] > 0) score(Exactness::quick, now);
   if (!row_is_due) return;

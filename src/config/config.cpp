@@ -36,6 +36,15 @@ void settle_method(RunConfig& config, int channels) {
   const ProblemSpec& problem = config.problem;
   const bool constructs = channels == 1 && distance_kind(problem.samples, 1) == DistanceKind::absolute &&
                           problem.value_kernel.kind == ValueKernelKind::distance && config.start.file.empty();
+  const ConstructSpec defaults;
+  const bool asks_for_construction =
+      config.construct.sharpness != defaults.sharpness || config.construct.density != defaults.density;
+  if (!constructs && problem.samples.is_file() && asks_for_construction) {
+    throw UserError(
+        problem.samples.file,
+        "these samples are annealed by method = \"auto\", but optimizer.density and optimizer.sharpness are "
+        "for construction alone");
+  }
   optimizer.method = constructs ? Method::construct : Method::anneal;
   if (!constructs && optimizer.stop.is_none()) optimizer.stop = StopSpec{};
 }

@@ -25,6 +25,34 @@ void for_each_file(Config& config, const Visit& visit) {
   }
 }
 
+// A list that is a whole texture has the texture's own axes: another order of them would give slices each other's
+// lists.
+void check_texture_shape(const RunConfig& config) {
+  const SampleSpec& samples = config.problem.samples;
+  if (!samples.is_file() || !samples.array) return;
+  const Extents& extents = config.problem.extents;
+  const std::vector<std::int64_t>& shape = samples.array->shape;
+  const std::int64_t n = extents.cells_per_slice();
+  const bool is_list =
+      shape.empty() || shape[0] == n || (shape[0] == extents.num_slices() && shape.size() > 1 && shape[1] == n);
+  if (is_list || shape.size() < 2) return;
+  std::vector<std::int64_t> own;
+  for (int axis = 2; axis < extents.num_axes(); ++axis) own.push_back(extents.size(axis));
+  own.push_back(extents.height());
+  own.push_back(extents.width());
+  if (shape == own) return;
+  const std::string accepted = npy_shape_text(own);
+  own.push_back(shape.back());
+  if (shape == own) return;
+  // Whoever reads it refuses what has another number of values.
+  std::int64_t values = 1;
+  for (const std::int64_t size : shape) values *= size;
+  if (values % extents.num_cells() != 0) return;
+  throw UserError(samples.file,
+                  fmt::format("shape {}: as a whole texture it must be {}, or that with the channels last",
+                              npy_shape_text(shape), accepted));
+}
+
 std::string spelt(const RunConfig& config, const std::string& path) {
   const auto found = config.written_paths.find(path);
   return found == config.written_paths.end() ? path : found->second;
@@ -51,6 +79,7 @@ void read_inputs(RunConfig& config) {
     }
   });
   throw_if_any(std::move(faults));
+  check_texture_shape(config);
 }
 
 std::vector<RunFileInput> inputs_of(const RunConfig& config) {

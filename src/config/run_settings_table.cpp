@@ -268,6 +268,7 @@ std::span<const Setting> all() {
            "its slices must hold the very samples of texture.samples, in any arrangement; for a texture of "
            "your own, name it in both places. Read when a run begins.",
        .field = [](RunConfig& c) -> Field { return &c.start.file; },
+       .required = true,
        .zero_is_unset = true},
       {.key = "optimizer.precision",
        .type = Type::word,

@@ -70,7 +70,14 @@ double error_of(const Twin& twin, const Footprint& overlap, double sharpness, st
 
 }  // namespace
 
+bool asks_for_blue_noise(const FilterSpec& filter) {
+  return !filter.groups.empty() && std::all_of(filter.groups.begin(), filter.groups.end(), [](const GroupSpec& group) {
+    return group.kernel.kind == KernelKind::gauss_energy;
+  });
+}
+
 std::vector<SharpnessTrial> try_sharpness(const Extents& extents, const FilterSpec& filter) {
+  if (asks_for_blue_noise(filter)) return {};
   const Twin twin = twin_of(extents, filter);
   if (twin.filter.groups.empty()) return {};
   const Footprint overlap(twin.extents, twin.filter);

@@ -305,7 +305,11 @@ void check_against(const SwapOptimizer& engine, const SwapState& state, const St
 // Whether the run is over under a stop rule that may be another than the one it came to its end by: what the schedule
 // says of its last sweep.
 void move_end(SwapState& state, const StopSpec& now, std::int64_t iterations_per_sweep) {
-  if (state.finished.empty() || state.finished == ended::nothing_to_swap || state.sweep == 0 || now.time_s > 0) return;
+  if (state.finished.empty() || state.finished == ended::nothing_to_swap || now.time_s > 0) return;
+  if (state.sweep == 0) {  // it began with what it was to reach
+    if (state.relative_error > now.score) state.finished.clear();
+    return;
+  }
   const Schedule schedule(now, iterations_per_sweep);
   const Moment last = schedule.moment(state.sweep - 1, 0);
   double round_score = 0;  // R at the end of the round before
@@ -319,21 +323,31 @@ SwapState checked_state(const RunFileReader& file, const RunConfig& config, cons
   const RunFileContent& content = file.content();
   SwapState state = engine_state(content, file.path());
   const StopSpec stop = stored_config(content, file.path()).optimizer.stop;
-  check_against(engine, state, stop, file.path());
+  const bool goes_on_by_itself = state.finished.empty();
+  if (goes_on_by_itself) require_same_algorithm(content, engine.method(), file.path());
+  // Another algorithm may have made its visits of another length.
+  const bool is_ours = stored_algorithm(content, file.path()) == algorithm_of(engine.method());
+  if (is_ours) check_against(engine, state, stop, file.path());
   const StopSpec& now = config.optimizer.stop;
   const bool moved =
       stop.iterations != now.iterations || stop.score != now.score || stop.improvement != now.improvement;
   if (moved) {
+    constexpr const char* afresh = "there is nothing to go on from; start it afresh (another output, or --overwrite)";
     if (state.given_kept != 0) {
       throw UserError(file.path(),
-                      "annealing did not improve the arrangement that it began with, so it was put back: "
-                      "there is nothing to go on from; start it afresh (another output, or --overwrite)");
+                      fmt::format("annealing did not improve the arrangement that it began with, so it was "
+                                  "put back: {}",
+                                  afresh));
+    }
+    if (state.is_given != 0 && state.sweep == 0 && !state.finished.empty()) {
+      throw UserError(file.path(), fmt::format("it ended before annealing began: {}", afresh));
     }
     move_end(state, now, engine.iterations_per_sweep(state.is_cold != 0));
     // The last row was there because the run ended with it.
     const bool was_end = state.finished.empty() && state.history.size() > 1 &&
                          state.history.back().sweep == static_cast<double>(state.sweep);
-    if (was_end && now.time_s <= 0 && !engine.row_is_planned_after(state.sweep)) state.history.pop_back();
+    if (was_end && now.time_s <= 0 && !engine.row_is_planned_after(state.sweep, state.is_cold != 0))
+      state.history.pop_back();
   }
   if (state.finished.empty()) require_same_algorithm(content, engine.method(), file.path());
   return state;

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <utility>
 
 #include "noiseloom/run/construct_checkpoint.h"
 #include "run/job_construct.h"
@@ -33,9 +34,9 @@ class ConstructAnnealJob : public Job {
   void step(double run_s) override {
     if (annealing_) return annealing_->step(run_s);
     if (!construction_->finished()) return construction_->step(run_s);
-    const std::map<SliceIndex, std::vector<std::uint32_t>> places = construction_->places();
+    std::map<SliceIndex, std::vector<std::uint32_t>> places = construction_->places();
     take_up_annealing();
-    annealing_->start_from([&](SliceIndex slice) { return places.at(slice); }, run_s);
+    annealing_->start_from([&](SliceIndex slice) { return std::move(places.at(slice)); }, run_s);
   }
   bool finished() const override { return annealing_ && annealing_->finished(); }
   std::string save(const SaveTarget& target) override { return part().save(target); }
@@ -56,7 +57,7 @@ class ConstructAnnealJob : public Job {
   // The memory of the first part is given back before the second takes its own.
   void take_up_annealing() {
     construction_.reset();
-    annealing_ = std::make_unique<SwapJob>(config_);
+    communicator_->together([&] { annealing_ = std::make_unique<SwapJob>(config_); });
     annealing_->prepare(*communicator_, *pool_);
   }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <span>
 #include <stdexcept>
 
@@ -48,28 +49,32 @@ bool SwapJob::begins_with_arrangement() const {
 void SwapJob::start(double run_s) {
   if (config_.start.file.empty()) return optimizer_->start();
   StartFile start(config_.start.file, config_.problem.extents, source_, optimizer_->slices_held(), *communicator_);
-  start_from([&](SliceIndex slice) { return start.permutation(slice); }, run_s);
+  start_from([&](SliceIndex slice) { return start.take_permutation(slice); }, run_s);
 }
 
 void SwapJob::start_from(const PermutationOf& permutation, double run_s) {
+  const auto begun = std::chrono::steady_clock::now();
+  const auto now_s = [&] {
+    return run_s + std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  };
   optimizer_->start_from(permutation, run_s);
-  if (!optimizer_->finished()) join(run_s);
+  if (!optimizer_->finished()) join(now_s);
 }
 
 // Where the user says with which temperature it begins, the schedule is the user's.
-void SwapJob::join(double run_s) {
+void SwapJob::join(const std::function<double()>& now_s) {
   if (spec_.temperature_start > 0 || spec_.temperature_end > 0) return;
   std::int64_t workers[] = {pool_->num_threads()};
   communicator_->sum(workers);
   const JoiningQuestion question{.given_error = optimizer_->last_score(),
-                                 .left_s = spec_.stop.time_s - run_s,
+                                 .left_s = spec_.stop.time_s - now_s(),
                                  .workers = static_cast<int>(workers[0])};
   Joining joining;
   communicator_->together([&] { joining = find_joining(config_, source_, question, *pool_); });
   // The clock has a say with stop.time.
   joining.cold = communicator_->broadcast(joining.cold ? 1.0 : 0.0) != 0;
-  if (joining.cold) return optimizer_->join_cold();
-  optimizer_->join_schedule(joining.fraction);
+  if (joining.cold) return optimizer_->join_cold(now_s());
+  optimizer_->join_schedule(joining.fraction, now_s());
 }
 
 void SwapJob::restore(const RunFileReader* saved) { restore_run(saved, config_, *optimizer_, *communicator_); }
@@ -130,7 +135,8 @@ std::string SwapJob::given_words() const {
   const std::string digest = to_hex(static_cast<std::uint64_t>(sums[1]));
   const char* const origin = config_.optimizer.method == Method::construct ? "the construction" : "the file";
   const std::string done =
-      optimizer_->kept_given() ? fmt::format("that of {}, which annealing did not improve", origin)
+      optimizer_->sweep() == 0   ? fmt::format("that of {}; annealing did not begin", origin)
+      : optimizer_->kept_given() ? fmt::format("that of {}, which annealing did not improve", origin)
       : optimizer_->is_cold()
           ? fmt::format("that of {}, annealed in the cold", origin)
           : fmt::format("that of {}, annealed from {:.0f} % of the schedule on", origin, 100 * optimizer_->join());

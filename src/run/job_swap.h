@@ -1,6 +1,7 @@
 // The methods that swap samples: anneal and fast; and annealing as the second part of a construction.
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "noiseloom/anneal/swap_optimizer.h"
@@ -37,7 +38,7 @@ class SwapJob : public Job {
   std::string score_text() const;
   std::string given_words() const;
   bool begins_with_arrangement() const;
-  void join(double run_s);
+  void join(const std::function<double()>& now_s);
 
   const RunConfig& config_;
   OptimizerSpec spec_;

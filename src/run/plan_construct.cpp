@@ -66,6 +66,7 @@ Sharpness sharpness_of(const RunConfig& config) {
   if (config.construct.sharpness > 0) return {config.construct.sharpness, "as the config says"};
   const std::vector<SharpnessTrial> trials = try_sharpness(config.problem.extents, config.problem.filter);
   const double best = best_sharpness(trials);
+  if (asks_for_blue_noise(config.problem.filter)) return {best, "gauss-energy asks for blue noise"};
   if (trials.empty()) return {best, "the filter reaches no other pixel of a slice"};
   const auto error_at = [&](double sharpness) {
     return std::find_if(trials.begin(), trials.end(), [&](const auto& trial) { return trial.sharpness == sharpness; })

@@ -53,17 +53,13 @@ Samples samples_of(const ProblemSpec& problem) {
   if (spec.is_file()) {
     const std::int64_t n = problem.extents.cells_per_slice();
     const std::vector<std::int64_t> shape = read_npy_shape(spec.file);
-    shared = !shape.empty() && shape[0] == n && shape.size() < 3;
-    const std::int64_t channels = shape.size() == 3 ? shape[2] : shared && shape.size() == 2 ? shape[1] : 1;
+    const std::int64_t channels = num_channels(spec, n, problem.extents.num_slices());
     file_values = 1;
     for (const std::int64_t size : shape) file_values *= as_double(size);
     // Small enough to be read whole, it is checked as generate does.
     constexpr double read_whole = 1 << 22;
     if (file_values <= read_whole) SampleSource(spec, n, problem.extents.num_slices(), problem.seed);
-    if (file_values != as_double(n * channels) * (shared ? 1 : problem.extents.num_slices())) {
-      throw UserError(spec.file, fmt::format("shape {}: the texture has {} slices of {} cells", npy_shape_text(shape),
-                                             problem.extents.num_slices(), n));
-    }
+    shared = file_values == as_double(n * channels);
     spec.channels = static_cast<int>(std::clamp<std::int64_t>(channels, 1, 8));
   }
   const bool has_pdf = !spec.is_file() && !sample_space(spec).traits().has_constant_density;

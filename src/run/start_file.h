@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "noiseloom/core/extents.h"
@@ -20,8 +21,8 @@ class StartFile {
   StartFile(const std::string& path, const Extents& extents, const SampleSource& source, std::vector<SliceIndex> wanted,
             const Communicator& communicator);
 
-  // Of a wanted slice: the id of the sample of every cell.
-  const std::vector<std::uint32_t>& permutation(SliceIndex slice) const { return permutations_.at(slice); }
+  // Of a wanted slice, once: the id of the sample of every cell. Calls for different slices may run at the same time.
+  std::vector<std::uint32_t> take_permutation(SliceIndex slice) { return std::move(permutations_.at(slice)); }
 
  private:
   std::map<SliceIndex, std::vector<std::uint32_t>> permutations_;

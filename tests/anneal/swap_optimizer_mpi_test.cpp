@@ -217,10 +217,10 @@ TEST(SwapOptimizer, AnnealsAGivenArrangement) {
   EXPECT_LT(hot.error, 0.5 * hot.given_error);
   EXPECT_FALSE(hot.kept);
   EXPECT_EQ(hot.history.front().relative_error, hot.given_error);
-  const GivenRun cold(spec, [](SwapOptimizer& run) { run.join_cold(); });
+  const GivenRun cold(spec, [](SwapOptimizer& run) { run.join_cold(0.5); });
   EXPECT_LT(cold.error, 0.5 * cold.given_error);
   EXPECT_LT(cold.history.back().temperature, 0.1 * hot.history.back().temperature);
-  const GivenRun joined(spec, [](SwapOptimizer& run) { run.join_schedule(0.5); });
+  const GivenRun joined(spec, [](SwapOptimizer& run) { run.join_schedule(0.5, 0.5); });
   EXPECT_LT(joined.error, 0.5 * joined.given_error);
   EXPECT_NE(joined.error, hot.error);
   EXPECT_EQ(joined.history.back().temperature, hot.history.back().temperature) << "both end where the schedule does";

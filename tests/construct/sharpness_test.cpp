@@ -25,6 +25,9 @@ TEST(Sharpness, IsFoundFromTheFilter) {
   EXPECT_EQ(best_sharpness(try_sharpness(Extents({64, 64, 16}), gaussian)), 1.5);
   const FilterSpec boxes = product({group({0, 1}, box(5)), group({2}, ema(0.1, 0.1))});
   EXPECT_EQ(best_sharpness(try_sharpness(Extents({64, 64, 16}), boxes)), 1.1);
+  const auto blue = product({group({0, 1}, gauss_energy(1.9)), group({2}, gauss_energy(1.9))});
+  EXPECT_TRUE(try_sharpness(Extents({64, 64, 16}), blue).empty());
+  EXPECT_EQ(best_sharpness({}), 1);
 }
 
 TEST(Sharpness, IsTheTrialOfTheLeastError) {

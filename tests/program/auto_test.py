@@ -149,6 +149,27 @@ class Auto(ProgramTest):
         self.assertIn("stopped by   stop.time", short.stdout)
         self.assertEqual(self.samples_checksum("short.h5"), self.samples_checksum("constructed.h5"))
 
+    def test_what_cannot_be_gone_on_with_is_refused(self):
+        self.generate(re.sub("stop.*", "", JOINED), "constructed.h5")
+        before = self.read("constructed.h5")[1]["relative_error"]
+        reached = JOINED.replace("iterations = 3000", f"score = {before * 1.01:.6f}")
+        done = self.generate(reached, "run.h5")
+        self.assertIn("annealing did not begin", done.stdout)
+        lower = JOINED.replace("iterations = 3000", f"score = {before * 0.99:.6f}")
+        self.assertIn("ended before annealing began", self.generate(lower, "run.h5", "--resume", expect=2).stderr)
+        self.assertEqual(self.samples_checksum("run.h5"), self.samples_checksum("constructed.h5"))
+        hot = COLD.replace("stop = { iterations = 40 }", "temperature = { start = 9, end = 5 }\nstop = { score = 0.0001 }")
+        self.assertIn("which annealing did not improve", self.generate(hot, "hot.h5").stdout)
+        refused = self.generate(hot.replace("0.0001", "0.00001"), "hot.h5", "--resume", expect=2)
+        self.assertIn("put back", refused.stderr)
+
+    def test_settings_that_do_not_go_with_a_list(self):
+        numpy.save(self.folder / "list.npy", numpy.random.default_rng(1).random((24 * 17, 2), dtype=numpy.float32))
+        text = SCALARS.replace('"uniform"', '{ file = "list.npy" }')
+        refused = self.generate(text + "sharpness = 1.2\n", "out.h5", expect=2)
+        self.assertIn("optimizer.sharpness", refused.stderr)
+        self.assertIn("start", self.generate(SCALARS + "start = {}\n", "out.h5", expect=2).stderr)
+
     def test_plan(self):
         plan = self.run_program("plan", self.write("run.toml", COLD), "--ranks", 2).stdout
         for words in ("method     construct", "annealing: on (of what was constructed, until stop.iterations", "sharpening: on",
@@ -177,6 +198,10 @@ class Auto(ProgramTest):
         texture = numpy.random.default_rng(7).integers(0, 256, (5, 17, 24, 2)).astype(numpy.float32) / 256
         numpy.save(self.folder / "mine.npy", texture)
         text = SCALARS.replace('"uniform"', '{ file = "mine.npy" }') + 'start = { file = "mine.npy" }\nstop = { iterations = 30 }\n'
+        self.assertIn("method     anneal", self.run_program("plan", self.write("mine.toml", text)).stdout)
+        numpy.save(self.folder / "turned.npy", texture.transpose(0, 2, 1, 3))
+        turned = self.generate(text.replace("mine", "turned"), "out.h5", expect=2)
+        self.assertIn("shape (5, 24, 17, 2): as a whole texture it must be (5, 17, 24)", turned.stderr)
         self.generate(text, "run.h5")
         samples, state = self.read("run.h5")
         as_rows = lambda values: numpy.sort(numpy.ascontiguousarray(values).reshape(5, -1, 2).view("f4,f4")[..., 0], axis=1)

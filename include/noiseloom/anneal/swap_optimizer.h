@@ -64,10 +64,10 @@ class SwapOptimizer {
   void start_from(const PermutationOf& permutation, double seconds);
   // After start_from: annealing begins where that from a random arrangement is when this fraction of it is over, [0,
   // 1]; at its start unless this is called. *Collective*
-  void join_schedule(double fraction);
+  void join_schedule(double fraction, double seconds);
   // After start_from, instead: annealing that keeps to temperatures at which nothing melts (swap_choices.h,
   // cold_range), for an arrangement that it could not make.
-  void join_cold();
+  void join_cold(double seconds);
   // Goes on from a saved state. `permutation` gives any slice that this rank owns or is coupled with. *Collective*
   // `given`: what an own slice began with, where SwapState::is_given.
   void restore(const SwapState& state, const PermutationOf& permutation, const PermutationOf& given = {});
@@ -93,7 +93,7 @@ class SwapOptimizer {
   const SweepFigures& last_sweep() const;
   double join() const;
   bool is_cold() const;
-  bool kept_given() const;                       // R fell nowhere below that of the given arrangement, which is back
+  bool kept_given() const;                       // R was not below that of the given arrangement, which is back
   double last_score() const;                     // R when it was last evaluated,
   std::int64_t last_score_at_iteration() const;  // after how many iterations that was,
   bool last_score_is_current() const;            // and whether nothing has moved since
@@ -104,8 +104,8 @@ class SwapOptimizer {
   std::int64_t iterations_per_sweep(bool cold) const;  // of a run that keeps to the cold, or of one that does not
   Moment moment() const;
   // Whether the schedule asks for a row of the history after so many sweeps, at least 1, that are not the run's end.
-  // Not for stop.time.
-  bool row_is_planned_after(std::int64_t sweeps) const;
+  // Not for stop.time. `cold`: as above.
+  bool row_is_planned_after(std::int64_t sweeps, bool cold) const;
   double relative_error();  // score_now(), then last_score(). *Collective*
 
   const Distribution& distribution() const;

@@ -21,8 +21,12 @@ struct SharpnessTrial {
   double relative_error;  // of the twin
 };
 
-// What was tried, in ascending order; empty where nothing depends on it, as the filter reaches no other pixel of a
-// slice. Throws UserError for a table that cannot be used.
+// Whether all groups are of gauss-energy, which asks for blue noise and not for the least R: then the overlap itself
+// makes the slices bluest (128x128x32: half of the power below 0.05 cycles a pixel), and nothing is tried.
+bool asks_for_blue_noise(const FilterSpec& filter);
+
+// What was tried, in ascending order; empty where nothing is to be found, as the filter asks for blue noise or reaches
+// no other pixel of a slice. Throws UserError for a table that cannot be used.
 std::vector<SharpnessTrial> try_sharpness(const Extents& extents, const FilterSpec& filter);
 
 // The exponent of the trial with the least R, the lowest of equals; 1 where nothing was tried.

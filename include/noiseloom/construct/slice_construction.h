@@ -39,7 +39,8 @@ namespace noiseloom {
 // The number of this algorithm: raised in the same commit as any change after which an unchanged config gives other
 // /samples (tests/program/pinned_samples_test.py notices). A run file keeps it, and a run of another number is not gone
 // on with.
-inline constexpr std::int64_t construct_algorithm = 1;
+//   2: under gauss-energy alone nothing is sharpened, unless the config says so
+inline constexpr std::int64_t construct_algorithm = 2;
 
 // Entries of a slice that is not complete, beside places: one a pixel.
 inline constexpr std::uint32_t pixel_is_on = 0xFFFFFFFEU;   // without a place yet
