@@ -8,7 +8,7 @@ elseif(NOISELOOM_SANITIZE)
   message(FATAL_ERROR "NOISELOOM_SANITIZE = ${NOISELOOM_SANITIZE}: accepted: OFF, ADDRESS, THREAD")
 endif()
 if(NOISELOOM_BUILD_FUZZERS)
-  list(APPEND noiseloom_sanitizers -fsanitize=fuzzer-no-link)  # counts what an input reaches
+  list(APPEND noiseloom_sanitizers -fsanitize=address,fuzzer-no-link)
 endif()
 
 add_library(noiseloom_flags INTERFACE)
