@@ -87,7 +87,7 @@ void Background::bind(SliceIndex slice, Corner corner, const SliceField& own, co
   const int lanes = static_cast<int>(num_lanes_);
   const WeightedField self[] = {{&own, 1}};
   sum_features(map_, layout_, self, sums_.data());
-  gather_cells(layout_, nullptr, lanes, count, sums_.data(), 2 * num_lanes_, cells_.data()->lane);
+  gather_cells(layout_, nullptr, lanes, count, sums_.data(), 2 * num_lanes_, values_of(cells_));
 
   std::vector<WeightedField> around;
   if (!layout_.whole()) windows_.resize(along_.size(), SliceField(layout_));
@@ -99,11 +99,11 @@ void Background::bind(SliceIndex slice, Corner corner, const SliceField& own, co
   sum_features(map_, layout_, around, sums_.data());
   fill_borders(layout_, count, sums_.data());
   const float* filtered = filter_planes(filter_, layout_, count, sums_.data(), scratch_.data());
-  gather_cells(layout_, mixing_.data(), lanes, count, filtered, 2 * num_lanes_, values() + num_lanes_);
+  gather_cells(layout_, mixing_.data(), lanes, count, filtered, 2 * num_lanes_, values_of(cells_) + num_lanes_);
 }
 
 void Background::swap(CellPair pair) {
-  float* const cells = values();
+  float* const cells = values_of(cells_);
   float* const i = cells + std::int64_t{pair.i} * 2 * num_lanes_;
   std::swap_ranges(i, i + num_lanes_, cells + std::int64_t{pair.j} * 2 * num_lanes_);
 }

@@ -35,7 +35,7 @@ class Background {
   // A multiple of block_lanes; lanes past the map's features are zero.
   std::int64_t num_lanes() const { return num_lanes_; }
   // num_lanes() values of f of the sample at a cell, then as many of B there.
-  const float* at(Cell cell) const { return values() + cell * 2 * num_lanes_; }
+  const float* at(Cell cell) const { return values_of(cells_) + cell * 2 * num_lanes_; }
 
   struct Filter {
     std::vector<float> along_x;  // plane(d, 0), d = -reach..reach; empty where the plane is not separable
@@ -54,9 +54,6 @@ class Background {
   std::vector<float> sums_;    // [feature][plane with border]
   std::vector<float> scratch_;
   std::vector<BlockWeights> cells_;  // aligned, so that a cell's lie in as few cache lines as can be
-  // All of them as one array.
-  float* values() { return reinterpret_cast<float*>(cells_.data()); }
-  const float* values() const { return reinterpret_cast<const float*>(cells_.data()); }
   std::vector<SliceField> windows_;  // of the other slices, where the window is not the whole slice
 };
 

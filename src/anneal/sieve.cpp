@@ -93,7 +93,7 @@ void Sieve::bind(SliceIndex slice, Corner corner, const SliceField& own, const F
   const int lanes = static_cast<int>(num_lanes_);
   const WeightedField self[] = {{&own, 1}};
   sum_features(map_, layout_, self, sums_.data());
-  gather_cells(layout_, nullptr, lanes, count, sums_.data(), num_lanes_, features_.data()->lane);
+  gather_cells(layout_, nullptr, lanes, count, sums_.data(), num_lanes_, values_of(features_));
 
   std::vector<WeightedField> around = fields_around(slice, corner, others);
   if (others_by_planes_ && !around.empty()) {
@@ -106,20 +106,20 @@ void Sieve::bind(SliceIndex slice, Corner corner, const SliceField& own, const F
   const bool in_place = filter_planes(filter_, layout_, count, sums_.data(), scratch_.data()) == sums_.data();
   float* const filtered = in_place ? sums_.data() : scratch_.data();
   for (std::size_t k = 0; k < stack_.size(); ++k) filtered[k] += stack_[k];
-  gather_cells(layout_, nullptr, lanes, count, filtered, num_lanes_, pulls_.data()->lane);
+  gather_cells(layout_, nullptr, lanes, count, filtered, num_lanes_, values_of(pulls_));
   // The filter's centre is the cell itself, whose sample does not act on itself.
-  mix_cells(mixing_.data(), num_lanes_, layout_.width * layout_.height, features_.data()->lane, -centre_,
-            pulls_.data()->lane);
+  mix_cells(mixing_.data(), num_lanes_, layout_.width * layout_.height, values_of(features_), -centre_,
+            values_of(pulls_));
 }
 
 void Sieve::estimate(std::span<const CellPair> pairs, float* out) const {
-  estimate_swaps(features_.data()->lane, pulls_.data()->lane, num_lanes_, pairs, out);
+  estimate_swaps(values_of(features_), values_of(pulls_), num_lanes_, pairs, out);
 }
 
 void Sieve::swap(CellPair pair) {
-  float* const i = features_.data()->lane + std::int64_t{pair.i} * num_lanes_;
-  float* const j = features_.data()->lane + std::int64_t{pair.j} * num_lanes_;
-  mix_difference(mixing_.data(), num_lanes_, j, i, change_.data()->lane);
+  float* const i = values_of(features_) + std::int64_t{pair.i} * num_lanes_;
+  float* const j = values_of(features_) + std::int64_t{pair.j} * num_lanes_;
+  mix_difference(mixing_.data(), num_lanes_, j, i, values_of(change_));
   std::swap_ranges(i, i + num_lanes_, j);
   add_at(pair.i, 1);
   add_at(pair.j, -1);
@@ -127,8 +127,8 @@ void Sieve::swap(CellPair pair) {
 
 void Sieve::add_at(Cell cell, float sign) {
   const std::int64_t y = layout_.divider.y(cell);
-  add_footprint({rows_, weights_.data()}, layout_, cell - y * layout_.width, y, change_.data()->lane, sign, num_lanes_,
-                pulls_.data()->lane);
+  add_footprint({rows_, weights_.data()}, layout_, cell - y * layout_.width, y, values_of(change_), sign, num_lanes_,
+                values_of(pulls_));
 }
 
 }  // namespace noiseloom

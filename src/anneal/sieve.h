@@ -34,8 +34,8 @@ class Sieve {
 
   // A multiple of block_lanes; lanes past the map's features are zero.
   std::int64_t num_lanes() const { return num_lanes_; }
-  const float* features(Cell cell) const { return features_.data()->lane + cell * num_lanes_; }
-  const float* pulls(Cell cell) const { return pulls_.data()->lane + cell * num_lanes_; }
+  const float* features(Cell cell) const { return values_of(features_) + cell * num_lanes_; }
+  const float* pulls(Cell cell) const { return values_of(pulls_) + cell * num_lanes_; }
 
  private:
   void plan_own(const Footprint& footprint);

@@ -19,6 +19,12 @@ struct alignas(64) BlockWeights {
   float lane[block_lanes];
 };
 
+// Blocks one behind the other are one array of floats.
+inline float* values_of(std::vector<BlockWeights>& blocks) { return reinterpret_cast<float*>(blocks.data()); }
+inline const float* values_of(const std::vector<BlockWeights>& blocks) {
+  return reinterpret_cast<const float*>(blocks.data());
+}
+
 // Offsets are relative to the centre's position in the plane. Lanes without a tap have weight zero, and may lie up to
 // block_lanes - 1 past a row's end.
 struct TapBlocks {
