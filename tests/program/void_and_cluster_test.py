@@ -78,8 +78,8 @@ class VoidAndCluster(ProgramTest):
         self.assertTrue(numpy.array_equal(first, numpy.floor(samples[0] * 256)))
         self.run_program("analyze", "run.h5", "-o", "report")
         self.assertTrue((self.folder / "report" / "report.html").exists())
-        refused = self.run_program("accuracy", self.config, "-o", "accuracy", expect=2)
-        self.assertIn("method", refused.stderr)
+        self.run_program("accuracy", self.config, "-o", "accuracy", "--budget", "1s", "--seeds", 1)
+        self.assertTrue((self.folder / "accuracy" / "report.html").exists())
 
     def test_plan_and_summary(self):
         plan = self.run_program("plan", self.config, "--ranks", 3, "--set", "optimizer.bounded=t").stdout
