@@ -68,18 +68,33 @@ std::vector<float> padded_mixing(const FeatureMap& map, std::int64_t num_lanes) 
   return mixing;
 }
 
+std::int64_t padded_lanes(const FeatureMap& map) {
+  constexpr auto block = std::int64_t{block_lanes};
+  return (map.num_features() + block - 1) / block * block;
+}
+
+std::vector<WeightedField> SlicesAround::fields(SliceIndex slice, Corner corner, const FieldOf& others) {
+  std::vector<WeightedField> around;
+  if (!window_.whole()) windows_.resize(weights_.size(), SliceField(window_));
+  for (std::size_t k = 0; k < weights_.size(); ++k) {
+    const SliceField& other = others(footprint_.extents().slice_at(slice, weights_[k].first));
+    if (!window_.whole()) windows_[k].copy_window(other, corner);
+    around.push_back({window_.whole() ? &other : &windows_[k], weights_[k].second});
+  }
+  return around;
+}
+
 Background::Background(const Footprint& footprint, const FeatureMap& map, WindowSize window)
-    : footprint_(footprint),
-      map_(map),
+    : map_(map),
       layout_(footprint, map.channels(), window),
-      num_lanes_((map.num_features() + std::int64_t{block_lanes} - 1) / std::int64_t{block_lanes} *
-                 std::int64_t{block_lanes}),
+      num_lanes_(padded_lanes(map)),
+      around_(footprint, layout_),
       filter_(make_plane_filter(footprint.factors()->plane, layout_, separable_within)),
       mixing_(padded_mixing(map, num_lanes_)),
       sums_(static_cast<std::size_t>(layout_.plane_size * map.num_features())),
       scratch_(sums_.size()),
       cells_(static_cast<std::size_t>(2 * num_lanes_ * layout_.width * layout_.height) / block_lanes) {
-  for (const auto& [offset, weight] : weights_along(footprint)) along_.emplace_back(offset, static_cast<float>(weight));
+  for (const auto& [offset, weight] : weights_along(footprint)) around_.add(offset, weight);
 }
 
 void Background::bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others) {
@@ -89,14 +104,7 @@ void Background::bind(SliceIndex slice, Corner corner, const SliceField& own, co
   sum_features(map_, layout_, self, sums_.data());
   gather_cells(layout_, nullptr, lanes, count, sums_.data(), 2 * num_lanes_, values_of(cells_));
 
-  std::vector<WeightedField> around;
-  if (!layout_.whole()) windows_.resize(along_.size(), SliceField(layout_));
-  for (std::size_t k = 0; k < along_.size(); ++k) {
-    const SliceField& other = others(footprint_.extents().slice_at(slice, along_[k].first));
-    if (!layout_.whole()) windows_[k].copy_window(other, corner);
-    around.push_back({layout_.whole() ? &other : &windows_[k], along_[k].second});
-  }
-  sum_features(map_, layout_, around, sums_.data());
+  sum_features(map_, layout_, around_.fields(slice, corner, others), sums_.data());
   fill_borders(layout_, count, sums_.data());
   const float* filtered = filter_planes(filter_, layout_, count, sums_.data(), scratch_.data());
   gather_cells(layout_, mixing_.data(), lanes, count, filtered, 2 * num_lanes_, values_of(cells_) + num_lanes_);

@@ -23,6 +23,31 @@
 
 namespace noiseloom {
 
+struct WeightedField {
+  const SliceField* field;
+  float weight;
+};
+
+// The slices that act on a moving one, with their weights, as fields of its window.
+class SlicesAround {
+ public:
+  // `footprint` must outlive the object.
+  SlicesAround(const Footprint& footprint, const FieldLayout& window) : footprint_(footprint), window_(window) {}
+
+  void add(const Extents::SliceCoord& offset, double weight) {
+    weights_.emplace_back(offset, static_cast<float>(weight));
+  }
+  bool empty() const { return weights_.empty(); }
+  // Around `slice`, whose window lies at `corner`; valid until the next call.
+  std::vector<WeightedField> fields(SliceIndex slice, Corner corner, const FieldOf& others);
+
+ private:
+  const Footprint& footprint_;
+  FieldLayout window_;
+  std::vector<std::pair<Extents::SliceCoord, float>> weights_;
+  std::vector<SliceField> windows_;  // where the window is not the whole slice
+};
+
 class Background {
  public:
   // Requires footprint.factors(). Both must outlive the object.
@@ -44,17 +69,15 @@ class Background {
   };
 
  private:
-  const Footprint& footprint_;
   const FeatureMap& map_;
   FieldLayout layout_;  // of the window
   std::int64_t num_lanes_;
-  std::vector<std::pair<Extents::SliceCoord, float>> along_;
+  SlicesAround around_;
   Filter filter_;
   std::vector<float> mixing_;  // A, rows of num_lanes
   std::vector<float> sums_;    // [feature][plane with border]
   std::vector<float> scratch_;
   std::vector<BlockWeights> cells_;  // aligned, so that a cell's lie in as few cache lines as can be
-  std::vector<SliceField> windows_;  // of the other slices, where the window is not the whole slice
 };
 
 // The plane of a footprint, its centre among the taps, as a filter; separable where it is the product of its middle row
@@ -62,6 +85,8 @@ class Background {
 Background::Filter make_plane_filter(std::span<const PlaneTap> taps, const FieldLayout& layout, double within);
 // Other slices and along(o), without those that hardly count. Requires footprint.factors().
 std::vector<std::pair<Extents::SliceCoord, double>> weights_along(const Footprint& footprint);
+// The map's features, rounded up to whole blocks of lanes.
+std::int64_t padded_lanes(const FeatureMap& map);
 // A, in rows of num_lanes, padded by zeros.
 std::vector<float> padded_mixing(const FeatureMap& map, std::int64_t num_lanes);
 

@@ -8,11 +8,6 @@
 
 namespace noiseloom {
 
-struct WeightedField {
-  const SliceField* field;
-  float weight;
-};
-
 // sums[n] = sum over fields of weight f_n(sample), for all cells, and for the border along axes that do not wrap.
 void sum_features(const FeatureMap& map, const FieldLayout& layout, std::span<const WeightedField> fields, float* sums);
 

@@ -32,12 +32,11 @@ bool Sieve::serves(const Footprint& footprint) {
 }
 
 Sieve::Sieve(const Footprint& footprint, const FeatureMap& map, WindowSize window)
-    : footprint_(footprint),
-      map_(map),
+    : map_(map),
       layout_(footprint, map.channels(), window),
-      num_lanes_((map.num_features() + std::int64_t{block_lanes} - 1) / std::int64_t{block_lanes} *
-                 std::int64_t{block_lanes}),
+      num_lanes_(padded_lanes(map)),
       others_by_planes_(footprint.factors().has_value()),
+      around_(footprint, layout_),
       mixing_(padded_mixing(map, num_lanes_)),
       sums_(static_cast<std::size_t>(layout_.plane_size * map.num_features())),
       scratch_(sums_.size()),
@@ -47,7 +46,7 @@ Sieve::Sieve(const Footprint& footprint, const FeatureMap& map, WindowSize windo
   NOISELOOM_CHECK(serves(footprint) && num_lanes_ <= most_mixed_lanes);
   plan_own(footprint);
   plan_others(footprint);
-  if (!others_by_planes_ && !along_.empty()) stack_.resize(sums_.size());
+  if (!others_by_planes_ && !around_.empty()) stack_.resize(sums_.size());
 }
 
 void Sieve::plan_own(const Footprint& footprint) {
@@ -68,24 +67,13 @@ void Sieve::plan_others(const Footprint& footprint) {
   if (others_by_planes_) {
     const double own = footprint.factors()->along.front().second;
     for (const auto& [offset, weight] : weights_along(footprint)) {
-      along_.emplace_back(offset, static_cast<float>(weight / own));
+      around_.add(offset, weight / own);
     }
     return;
   }
   for (const SliceTaps& slice : footprint.slices().subspan(1)) {
-    along_.emplace_back(slice.offset, static_cast<float>(slice.taps[0].weight));
+    around_.add(slice.offset, slice.taps[0].weight);
   }
-}
-
-std::vector<WeightedField> Sieve::fields_around(SliceIndex slice, Corner corner, const FieldOf& others) {
-  std::vector<WeightedField> around;
-  if (!layout_.whole()) windows_.resize(along_.size(), SliceField(layout_));
-  for (std::size_t k = 0; k < along_.size(); ++k) {
-    const SliceField& other = others(footprint_.extents().slice_at(slice, along_[k].first));
-    if (!layout_.whole()) windows_[k].copy_window(other, corner);
-    around.push_back({layout_.whole() ? &other : &windows_[k], along_[k].second});
-  }
-  return around;
 }
 
 void Sieve::bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others) {
@@ -95,7 +83,7 @@ void Sieve::bind(SliceIndex slice, Corner corner, const SliceField& own, const F
   sum_features(map_, layout_, self, sums_.data());
   gather_cells(layout_, nullptr, lanes, count, sums_.data(), num_lanes_, values_of(features_));
 
-  std::vector<WeightedField> around = fields_around(slice, corner, others);
+  std::vector<WeightedField> around = around_.fields(slice, corner, others);
   if (others_by_planes_ && !around.empty()) {
     around.push_back(self[0]);
     sum_features(map_, layout_, around, sums_.data());

@@ -40,18 +40,16 @@ class Sieve {
  private:
   void plan_own(const Footprint& footprint);
   void plan_others(const Footprint& footprint);
-  std::vector<WeightedField> fields_around(SliceIndex slice, Corner corner, const FieldOf& others);
   void add_at(Cell cell, float sign);
 
-  const Footprint& footprint_;
   const FeatureMap& map_;
   FieldLayout layout_;  // of the window
   std::int64_t num_lanes_;
   bool others_by_planes_;
-  std::vector<std::pair<Extents::SliceCoord, float>> along_;  // weights; by planes: over that of the own slice
-  Background::Filter filter_;                                 // of the own slice, with a centre
-  float centre_ = 0;                                          // which counts no more than it should: see bind()
-  std::vector<FootprintRow> rows_;                            // of the own slice, without a centre
+  SlicesAround around_;             // by planes: their weights over that of the own slice
+  Background::Filter filter_;       // of the own slice, with a centre
+  float centre_ = 0;                // which counts no more than it should: see bind()
+  std::vector<FootprintRow> rows_;  // of the own slice, without a centre
   std::vector<float> weights_;
   std::vector<float> mixing_;           // A, rows of num_lanes
   std::vector<float> sums_;             // [feature][plane with border]
@@ -60,7 +58,6 @@ class Sieve {
   std::vector<BlockWeights> features_;  // f by cell
   std::vector<BlockWeights> pulls_;     // B by cell
   std::vector<BlockWeights> change_;    // of B by a swap, for a weight of 1
-  std::vector<SliceField> windows_;     // of the other slices, where the window is not the whole slice
 };
 
 }  // namespace noiseloom

@@ -18,13 +18,13 @@ namespace noiseloom {
 namespace {
 
 constexpr double share_of_trials = 0.05;
-constexpr double fewest_iterations = 100;  // fewer do not tell what more would come to
-constexpr double most_iterations = 2000;
-constexpr double most_candidates = 2e7;     // of a trial: seconds, between two looks at the signals
-constexpr double most_share_of_time = 0.1;  // of stop.time, which the trials of each rank take for themselves
+constexpr double fewest_trial_iterations = 100;  // fewer do not tell what more would come to
+constexpr double most_trial_iterations = 2000;
+constexpr double most_trial_candidates = 2e7;  // of a trial: seconds, between two looks at the signals
+constexpr double most_share_of_time = 0.1;     // of stop.time, which the trials of each rank take for themselves
 // Of rounds, whose number is not known.
 constexpr double iterations_of_rounds = 2000;
-constexpr std::int64_t most_pixels = std::int64_t{1} << 17;
+constexpr std::int64_t most_twin_pixels = std::int64_t{1} << 17;
 
 double real(std::int64_t count) { return static_cast<double>(count); }
 
@@ -67,7 +67,7 @@ Twin twin_of(const RunConfig& config, const SampleSource& source) {
     for (const std::int64_t size : sizes) product *= real(size);
     return product;
   };
-  while (pixels() > real(most_pixels) && sizes.size() > 2) {
+  while (pixels() > real(most_twin_pixels) && sizes.size() > 2) {
     const auto longest = std::max_element(sizes.begin() + 2, sizes.end());
     if (*longest < 8) break;
     *longest /= 2;
@@ -124,7 +124,7 @@ Joining find_joining(const RunConfig& config, const SampleSource& source, const 
   const double twin_pixels = real(twin.problem.extents.num_cells());
   const StopSpec& stop = config.optimizer.stop;
   double iterations = stop.iterations > 0 ? real(stop.iterations) : iterations_of_rounds;
-  double longest = most_candidates * 2 / twin_pixels;
+  double longest = most_trial_candidates * 2 / twin_pixels;
   if (stop.time_s > 0) {
     const Trial trial = anneal(twin, 24, pool);
     const double used = std::min(question.workers, pool.num_threads());  // what the trial had
@@ -132,11 +132,11 @@ Joining find_joining(const RunConfig& config, const SampleSource& source, const 
     iterations = std::max(1.0, candidates * 2 / pixels);
     longest = std::min(longest, most_share_of_time * question.left_s / (1.25 * trial.candidate_s * twin_pixels / 2));
     // What cannot be found out is not risked.
-    if (longest < std::min(iterations, fewest_iterations)) return {1, true, 0};
+    if (longest < std::min(iterations, fewest_trial_iterations)) return {1, true, 0};
   }
   const double affordable = share_of_trials / 1.25 * iterations * pixels / twin_pixels;
-  const double most = std::clamp(longest, fewest_iterations, most_iterations);
-  const double tried = std::min(iterations, std::clamp(affordable, fewest_iterations, most));
+  const double most = std::clamp(longest, fewest_trial_iterations, most_trial_iterations);
+  const double tried = std::min(iterations, std::clamp(affordable, fewest_trial_iterations, most));
   const double quarter = anneal(twin, std::max(1.0, std::floor(tried / 4)), pool).relative_error;
   const double error = anneal(twin, std::max(1.0, std::floor(tried)), pool).relative_error;
   const double expected = extrapolated_error(quarter, error, tried, iterations);
