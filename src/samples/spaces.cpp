@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "noiseloom/core/error.h"
+#include "samples/space_image.h"
 
 namespace noiseloom {
 namespace {
@@ -46,6 +47,15 @@ const SampleSpace& sample_space(const SampleSpec& spec) {
   const SampleSpace* const space = find_sample_space(spec.space);
   NOISELOOM_CHECK(space != nullptr);
   return *space;
+}
+
+std::shared_ptr<const SampleSpace> space_of(const SampleSpec& spec) {
+  if (spec.is_image()) return shared_image_space(spec);
+  return {std::shared_ptr<void>(), &sample_space(spec)};  // the table owns it
+}
+
+SpaceTraits space_traits(const SampleSpec& spec) {
+  return spec.is_image() ? image_space_traits(spec.onto) : sample_space(spec).traits();
 }
 
 }  // namespace noiseloom

@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -87,5 +88,10 @@ std::span<const SampleSpace* const> sample_spaces();
 const SampleSpace* find_sample_space(std::string_view name);
 // The space of a spec. Requires that it names one, and no file.
 const SampleSpace& sample_space(const SampleSpec& spec);
+// The same, or that of an image: then it is made, from spec.array or else from the file, unless one of the same array
+// is in use. Throws UserError where the image is no density.
+std::shared_ptr<const SampleSpace> space_of(const SampleSpec& spec);
+// What is known of either without the image.
+SpaceTraits space_traits(const SampleSpec& spec);
 
 }  // namespace noiseloom
