@@ -80,9 +80,10 @@ class Child {
                           : ::posix_spawn(&process_, beside.c_str(), &actions, nullptr, arguments.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
     if (error == 0) return;
-    throw EnvironmentError(fmt::format("noiseloom-study, which reads images for noiseloom, cannot be run: {}; it belongs "
-                                       "beside noiseloom (a .npy is read without it)",
-                                       std::strerror(error)));
+    throw EnvironmentError(
+        fmt::format("noiseloom-study, which reads images for noiseloom, cannot be run: {}; it belongs "
+                    "beside noiseloom (a .npy is read without it)",
+                    std::strerror(error)));
   }
   ~Child() { wait(); }
   Child(const Child&) = delete;

@@ -1,4 +1,5 @@
-// pixels: the numbers of an image for noiseloom, which links no image library (noiseloom_pixels.h). No command for people.
+// pixels: the numbers of an image for noiseloom, which links no image library (noiseloom_pixels.h). No command for
+// people.
 #include <cstdio>
 #include <memory>
 #include <string>

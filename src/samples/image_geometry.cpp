@@ -34,9 +34,9 @@ double turns_of(double x, double y) {
 
 // A position within [0, size], with its texel.
 void place(double at, int size, std::size_t axis, TexelPoint& point) {
-  point.texel[axis] = std::clamp(static_cast<int>(std::floor(std::clamp(at, 0.0, static_cast<double>(size)))), 0, size - 1);
-  point.at[axis] = std::clamp(at, static_cast<double>(point.texel[axis]),
-                              std::nextafter(point.texel[axis] + 1.0, 0.0));
+  point.texel[axis] =
+      std::clamp(static_cast<int>(std::floor(std::clamp(at, 0.0, static_cast<double>(size)))), 0, size - 1);
+  point.at[axis] = std::clamp(at, static_cast<double>(point.texel[axis]), std::nextafter(point.texel[axis] + 1.0, 0.0));
 }
 
 // Half the height of the unit disk at x.
@@ -67,9 +67,7 @@ class ImageGeometry::ClippedTexel {
     const double near_x = std::max({0.0, left_, -right_});
     const double near_y = std::max({0.0, top_, -bottom_});
     const bool is_outside = near_x * near_x + near_y * near_y >= 1;  // rounding must not leave a trace of it
-    area_ = is_whole_     ? (right_ - left_) * (bottom_ - top_)
-            : is_outside ? 0
-                         : std::max(0.0, area_until(right_));
+    area_ = is_whole_ ? (right_ - left_) * (bottom_ - top_) : is_outside ? 0 : std::max(0.0, area_until(right_));
   }
 
   bool is_whole() const { return is_whole_; }
@@ -190,7 +188,8 @@ TexelPoint ImageGeometry::to_texels(const float* sample) const {
   const std::ptrdiff_t row = std::clamp<std::ptrdiff_t>(next - depth_.begin() - 1, 0, height_ - 1);
   const double low = depth_[static_cast<std::size_t>(row)];
   const double high = depth_[static_cast<std::size_t>(row) + 1];
-  place(static_cast<double>(row) + (high > low ? std::clamp((depth - low) / (high - low), 0.0, 1.0) : 0), height_, 1, point);
+  place(static_cast<double>(row) + (high > low ? std::clamp((depth - low) / (high - low), 0.0, 1.0) : 0), height_, 1,
+        point);
   return point;
 }
 

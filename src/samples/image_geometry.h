@@ -2,13 +2,14 @@
 //
 //   square       the image fills [0, 1)^2; x grows to the right and y downward, as texture coordinates do
 //   disk         it fills [-1, 1]^2 in the same sense; what lies outside of the unit disk is left out
-//   sphere       equirectangular, y up: the column at u (0 to 1, left to right) and the row at v (0 to 1, downward) look
+//   sphere       equirectangular, y up: the column at u (0 to 1, left to right) and the row at v (0 to 1, downward)
+//   look
 //                along (sin a cos b, cos a, sin a sin b), a = pi v, b = 2 pi u
 //   hemisphere   the same image; only its upper half, y > 0, is used
 //
-// Positions are in texels: 0 to width, 0 to height. Equal parts of a texel have equal measure, so that a density which is
-// constant in each texel is constant in these coordinates, too. On the sphere, y therefore runs within a row as
-// cos a does; a texel that the rim of the disk cuts is squeezed into the part that lies inside.
+// Positions are in texels: 0 to width, 0 to height. Equal parts of a texel have equal measure, so that a density which
+// is constant in each texel is constant in these coordinates, too. On the sphere, y therefore runs within a row as cos
+// a does; a texel that the rim of the disk cuts is squeezed into the part that lies inside.
 #pragma once
 
 #include <vector>

@@ -55,8 +55,9 @@ InputArrayPtr read_luminance(const SampleSpec& spec) {
   std::vector<std::int64_t>& shape = pixels.shape;
   const std::int64_t channels = shape.size() == 2 ? 1 : shape.size() == 3 ? shape[2] : 0;
   if (channels < 1 || channels > 4) {
-    throw UserError(spec.file, fmt::format("shape {}: accepted: (height, width), or (height, width, channels) of 1 to 4",
-                                           npy_shape_text(shape)));
+    throw UserError(spec.file,
+                    fmt::format("shape {}: accepted: (height, width), or (height, width, channels) of 1 to 4",
+                                npy_shape_text(shape)));
   }
   if (shape[0] < 1 || shape[1] < 1 || shape[0] > max_image_side || shape[1] > max_image_side) {
     throw UserError(spec.file, fmt::format("shape {}: a density has 1 to {} rows and columns", npy_shape_text(shape),

@@ -20,9 +20,7 @@ struct TexelBox {
   std::array<double, 2> low;
   std::array<double, 2> high;
 
-  bool contains(double x, double y) const {
-    return x >= low[0] && x < high[0] && y >= low[1] && y < high[1];
-  }
+  bool contains(double x, double y) const { return x >= low[0] && x < high[0] && y >= low[1] && y < high[1]; }
 };
 
 // A position and the texel that holds it: texel[a] <= at[a] < texel[a] + 1.

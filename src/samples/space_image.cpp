@@ -1,6 +1,6 @@
-// Strata of equal mass: the image is halved by mass again and again across its longer side, floor(n/2) strata to the low
-// side and the rest to the high side. Before each cut the dark border is left out, so that strata hug what is bright and
-// near numbers lie near each other.
+// Strata of equal mass: the image is halved by mass again and again across its longer side, floor(n/2) strata to the
+// low side and the rest to the high side. Before each cut the dark border is left out, so that strata hug what is
+// bright and near numbers lie near each other.
 #include "samples/space_image.h"
 
 #include <fmt/format.h>
@@ -46,9 +46,9 @@ class ImageSpace : public SampleSpace {
 
   std::int64_t invert(std::int64_t n, const float* sample) const override {
     const TexelPoint point = geometry_.to_texels(sample);
-    return descend(n, [&point](const Cut& cut, std::int64_t) {
-             return point.at[cut.axis == GridAxis::x ? 0 : 1] < cut.at;
-           }).first;
+    return descend(
+               n, [&point](const Cut& cut, std::int64_t) { return point.at[cut.axis == GridAxis::x ? 0 : 1] < cut.at; })
+        .first;
   }
 
   double density(const float* sample) const override {
@@ -142,7 +142,8 @@ class ImageSpace : public SampleSpace {
   TexelPoint store(const TexelPoint& point, float* sample) const {
     std::array<double, 3> exact{};
     geometry_.to_sample(point, exact.data());
-    std::transform(exact.data(), exact.data() + traits().channels, sample, [](double x) { return static_cast<float>(x); });
+    std::transform(exact.data(), exact.data() + traits().channels, sample,
+                   [](double x) { return static_cast<float>(x); });
     return geometry_.to_texels(sample);
   }
 
@@ -157,7 +158,8 @@ class ImageSpace : public SampleSpace {
     constexpr std::int64_t count = 1 << 16;
     const auto channels = static_cast<std::size_t>(traits().channels);
     std::vector<float> samples(static_cast<std::size_t>(count) * channels);
-    list(count, [](std::int64_t, double* jitter) { jitter[0] = jitter[1] = 0.5; }, samples.data());
+    list(
+        count, [](std::int64_t, double* jitter) { jitter[0] = jitter[1] = 0.5; }, samples.data());
     sorted_.resize(channels);
     for (std::size_t c = 0; c < channels; ++c) {
       for (std::size_t i = c; i < samples.size(); i += channels) sorted_[c].push_back(samples[i]);
@@ -184,8 +186,8 @@ void check_values(const std::vector<float>& luminance, std::size_t width, const 
         std::pair<const char*, bool (*)(float)>{"negative", [](float v) { return v < 0; }}}) {
     const auto count = std::count_if(luminance.begin(), luminance.end(), is_wrong);
     if (count == 0) continue;
-    const auto first = static_cast<std::size_t>(
-        std::find_if(luminance.begin(), luminance.end(), is_wrong) - luminance.begin());
+    const auto first =
+        static_cast<std::size_t>(std::find_if(luminance.begin(), luminance.end(), is_wrong) - luminance.begin());
     throw UserError(path, fmt::format("no density: {} of {} pixels {} {}; the first is {}: {}", count, luminance.size(),
                                       count == 1 ? "is" : "are", what, texel_text(first, width), luminance[first]));
   }

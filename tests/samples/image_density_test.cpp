@@ -56,10 +56,14 @@ SampleSpec rough(ImageDomain onto, int height, int width) {
 
 double measure_of(ImageDomain onto) {
   switch (onto) {
-    case ImageDomain::square: return 1;
-    case ImageDomain::disk: return math::pi;
-    case ImageDomain::sphere: return 4 * math::pi;
-    case ImageDomain::hemisphere: return 2 * math::pi;
+    case ImageDomain::square:
+      return 1;
+    case ImageDomain::disk:
+      return math::pi;
+    case ImageDomain::sphere:
+      return 4 * math::pi;
+    case ImageDomain::hemisphere:
+      return 2 * math::pi;
   }
   return 0;
 }
@@ -131,7 +135,9 @@ TEST(ImageDensity, DensityIsTheLuminanceOverItsIntegral) {
         const double luminance = luminance_at(spec, p.data());
         ASSERT_EQ(density > 0, luminance > 0);
         if (luminance > 0 && factor == 0) factor = density / luminance;
-        if (luminance > 0) { ASSERT_NEAR(density / luminance, factor, 1e-6 * factor) << name_of(onto); }
+        if (luminance > 0) {
+          ASSERT_NEAR(density / luminance, factor, 1e-6 * factor) << name_of(onto);
+        }
       }
     }
     EXPECT_NEAR(integral * measure_of(onto), 1, 0.02) << name_of(onto);
@@ -242,9 +248,10 @@ TEST(ImageDensity, ASunOfOneTexelGetsItsShareAndNoMore) {
   const auto space = space_of(spec);
   constexpr std::int64_t n = 128 * 128;
   const std::vector<float> list = SampleSource(spec, n, 1, 1).list(0);
-  const auto row_measure = [](int y) { return std::cos(math::pi * y / height) - std::cos(math::pi * (y + 1) / height); };
-  const double share =
-      1e5 * row_measure(100) / (width * (2 - row_measure(300)) + (1e5 - 1) * row_measure(100));
+  const auto row_measure = [](int y) {
+    return std::cos(math::pi * y / height) - std::cos(math::pi * (y + 1) / height);
+  };
+  const double share = 1e5 * row_measure(100) / (width * (2 - row_measure(300)) + (1e5 - 1) * row_measure(100));
   int in_sun = 0;
   for (std::size_t i = 0; i < list.size(); i += 3) {
     in_sun += luminance_at(spec, &list[i]) > 2 ? 1 : 0;
@@ -256,10 +263,12 @@ TEST(ImageDensity, ASunOfOneTexelGetsItsShareAndNoMore) {
 TEST(ImageDensity, ConstantImagesAreUniform) {
   for (const ImageDomain onto : all_domains) {
     for (const auto& [height, width] : {std::pair(1, 1), std::pair(5, 9)}) {
-      const SampleSpec spec = image(onto, height, width, std::vector<float>(static_cast<std::size_t>(height * width), 7));
+      const SampleSpec spec =
+          image(onto, height, width, std::vector<float>(static_cast<std::size_t>(height * width), 7));
       const auto space = space_of(spec);
       for (int i = 0; i < 100; ++i) {
-        const auto p = uniform_point(onto, random_at(static_cast<std::uint64_t>(i)), random_at(static_cast<std::uint64_t>(i + 500)));
+        const auto p = uniform_point(onto, random_at(static_cast<std::uint64_t>(i)),
+                                     random_at(static_cast<std::uint64_t>(i + 500)));
         EXPECT_NEAR(space->density(p.data()) * measure_of(onto), 1, 1e-9) << name_of(onto);
       }
     }
@@ -305,7 +314,8 @@ TEST(ImageDensity, WhatIsNoDensityIsRefusedByName) {
 TEST(Luminance, WeighsColoursAndDecodesCodes) {
   set_image_decoder([](const std::string& path) {
     const std::int64_t channels = path == "grey.png" ? 1 : 3;
-    const std::vector<float> values = channels == 1 ? std::vector<float>{0.5F, 1} : std::vector<float>{1, 0, 0, 0, 1, 0};
+    const std::vector<float> values =
+        channels == 1 ? std::vector<float>{0.5F, 1} : std::vector<float>{1, 0, 0, 0, 1, 0};
     return std::make_shared<const InputArray>(InputArray{{1, 2, channels}, values});
   });
   SampleSpec spec;

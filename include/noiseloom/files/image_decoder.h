@@ -1,7 +1,8 @@
 // How a program that links no image library comes to the pixels of an image.
 //
-// Only one program reads images (layers.txt). What needs their numbers asks here, and each program says at its start how
-// that is answered: with the library itself, or by asking the other program. A program that said nothing reads none.
+// Only one program reads images (layers.txt). What needs their numbers asks here, and each program says at its start
+// how that is answered: with the library itself, or by asking the other program. A program that said nothing reads
+// none.
 #pragma once
 
 #include <functional>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "noiseloom/files/input_array.h"
 
@@ -16,14 +17,15 @@ enum class ImageDomain { square, disk, sphere, hemisphere };
 enum class ImageEncoding { unstated, linear, srgb };
 
 struct SampleSpec {
-  std::string space = "uniform";  // a name of sample_spaces() (samples/space.h); "file": the user's own list;
-                                  // "image": the density is the luminance of an image
-  int channels = 1;               // file: as found in the file; else that of the space
-  std::string file;               // file: a .npy of shape [n], [n, C] (one list for all slices), [S, n] or
-                                  // [S, n, C] (one per slice, in slice order); n = cells per slice.
-                                  // image: a picture, or a .npy of shape [height, width] or [height, width, C]
-  InputArrayPtr array;            // file: its contents where they are known; else whoever needs them reads the file.
-                                  // image: its luminance, [height, width]
+  std::string space = "uniform";   // a name of sample_spaces() (samples/space.h); "file": the user's own list;
+                                   // "image": the density is the luminance of an image
+  std::vector<double> parameters;  // of the space, in the order of its SpaceTraits::parameters; none: as it has them
+  int channels = 1;                // file: as found in the file; else that of the space
+  std::string file;                // file: a .npy of shape [n], [n, C] (one list for all slices), [S, n] or
+                                   // [S, n, C] (one per slice, in slice order); n = cells per slice.
+                                   // image: a picture, or a .npy of shape [height, width] or [height, width, C]
+  InputArrayPtr array;             // file: its contents where they are known; else whoever needs them reads the file.
+                                   // image: its luminance, [height, width]
   DistanceKind distance = DistanceKind::euclidean;   // file only: how its samples are compared
   ImageDomain onto = ImageDomain::square;            // image only
   ImageEncoding encoding = ImageEncoding::unstated;  // image only
