@@ -2,7 +2,6 @@
 #include <vector>
 
 #include "config/run_settings.h"
-#include "noiseloom/samples/space.h"
 
 namespace noiseloom::settings {
 namespace {
@@ -62,6 +61,7 @@ constexpr Word equalize_table[] = {
 constexpr double max_reach = 65536;
 constexpr double min_sigma = 0.001;
 
+constexpr Condition with_list = {"texture.samples.space", "file"};
 constexpr Condition with_kernel(std::string_view word) { return {"filter.groups[].kernel", word}; }
 constexpr Condition with_method(std::string_view word) { return {"optimizer.method", word}; }
 constexpr Condition with_swaps = {"optimizer.method", "anneal fast construct auto"};
@@ -74,8 +74,8 @@ void fit_defaults(const Owners& owners) {
   kernel = default_kernel(kernel.kind);
 }
 
-std::span<const Setting> all() {
-  static const Setting table[] = {
+std::vector<Setting> rows() {
+  return {
       {.key = "texture", .type = Type::table, .sentence = "What is made.", .required = true},
       {.key = "texture.size",
        .type = Type::custom,
@@ -88,11 +88,16 @@ std::span<const Setting> all() {
        .custom = &size_type},
       {.key = "texture.samples",
        .type = Type::custom,
-       .sentence =
-           "The values that every slice holds, one from each of as many equal strata as it has pixels; or { file, "
-           "distance } for your own.",
+       .sentence = "The values that every slice holds, one from each of as many equal strata as it has pixels.",
        .words = sample_words(),
        .custom = &samples_type},
+      {.key = "texture.samples.space",
+       .type = Type::word,
+       .sentence = "The word, where parameters stand beside it: { space = \"cone\", angle = 30 }. A table with `file` "
+                   "needs none.",
+       .field = [](RunConfig& c) -> Field { return &c.problem.samples.space; },
+       .words = sample_words(),
+       .chosen = take_initial_parameters},
       {.key = "texture.samples.file",
        .type = Type::file,
        .sentence =
@@ -100,12 +105,14 @@ std::span<const Setting> all() {
            "in a slice; or of the texture's own shape, [slice axes..., y, x] or with the channels last. Read when a "
            "run begins, and kept in its run file.",
        .field = [](RunConfig& c) -> Field { return &c.problem.samples.file; },
+       .when = with_list,
        .required = true},
       {.key = "texture.samples.distance",
        .type = Type::word,
        .sentence = "How samples from a file are compared.",
        .field = [](RunConfig& c) -> Field { return &c.problem.samples.distance; },
-       .words = distance_table},
+       .words = distance_table,
+       .when = with_list},
       {.key = "texture.seed",
        .type = Type::integer,
        .sentence = "Another seed gives another texture of the same quality; the same seed gives the same bytes.",
@@ -370,6 +377,10 @@ std::span<const Setting> all() {
        .words = equalize_table,
        .when = with_method("void-and-cluster")},
   };
+}
+
+std::span<const Setting> all() {
+  static const std::vector<Setting> table = with_parameters_of_samples(rows());
   return table;
 }
 
@@ -381,18 +392,6 @@ const FileKind& run_config_kind() {
                                                      .check = check_method,
                                                      .override_example = "texture.seed=2 or filter.groups[0].size=3"});
   return kind;
-}
-
-std::span<const Word> sample_words() {
-  static const std::vector<Word> words = [] {
-    std::vector<Word> all_spaces;
-    for (const SampleSpace* space : sample_spaces()) {
-      const SpaceTraits& traits = space->traits();
-      all_spaces.push_back({traits.name, traits.meaning, traits.aliases});
-    }
-    return all_spaces;
-  }();
-  return words;
 }
 
 KernelSpec default_kernel(KernelKind kind) {

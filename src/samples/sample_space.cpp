@@ -70,17 +70,20 @@ struct SampleSource::Impl {
   SliceIndex num_slices;
   std::uint64_t seed;
   std::optional<SampleFile> file;
+  const SampleSpace* space = nullptr;  // unless it is a file
 };
 
 SampleSource::SampleSource(const SampleSpec& spec, std::int64_t cells_per_slice, SliceIndex num_slices,
                            std::uint64_t seed)
-    : impl_(std::make_unique<Impl>(Impl{spec, cells_per_slice, num_slices, seed, {}})) {
+    : impl_(std::make_unique<Impl>(Impl{spec, cells_per_slice, num_slices, seed, {}, nullptr})) {
   NOISELOOM_CHECK_LE(1, cells_per_slice);
   NOISELOOM_CHECK_LE(1, num_slices);
   if (spec.is_file()) {
     const InputArrayPtr array = spec.array ? spec.array : read_float_array(spec.file);
     impl_->file.emplace(array, spec.file, spec.distance, cells_per_slice, num_slices);
     impl_->spec.channels = impl_->file->channels();
+  } else {
+    impl_->space = &sample_space(spec);
   }
 }
 
@@ -97,7 +100,7 @@ SliceIndex SampleSource::num_slices() const { return impl_->num_slices; }
 std::vector<float> SampleSource::list(SliceIndex slice) const {
   NOISELOOM_CHECK(slice >= 0 && slice < impl_->num_slices);
   if (impl_->file) return impl_->file->list(slice);
-  const SampleSpace& space = sample_space(impl_->spec);
+  const SampleSpace& space = *impl_->space;
   const int dimensions = space.traits().dimensions;
   std::vector<float> list(static_cast<std::size_t>(impl_->cells_per_slice) *
                           static_cast<std::size_t>(space.traits().channels));
@@ -107,11 +110,9 @@ std::vector<float> SampleSource::list(SliceIndex slice) const {
   return list;
 }
 
-bool SampleSource::has_pdf() const {
-  return !impl_->spec.is_file() && !sample_space(impl_->spec).traits().has_constant_density;
-}
+bool SampleSource::has_pdf() const { return impl_->space != nullptr && !impl_->space->traits().has_constant_density; }
 
-double SampleSource::pdf(const float* sample) const { return sample_space(impl_->spec).density(sample); }
+double SampleSource::pdf(const float* sample) const { return impl_->space->density(sample); }
 
 std::vector<std::uint32_t> start_permutation(std::uint64_t seed, SliceIndex slice, std::int64_t cells_per_slice) {
   NOISELOOM_CHECK(cells_per_slice >= 1 && cells_per_slice <= std::int64_t{1} << 32);

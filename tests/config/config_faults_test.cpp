@@ -383,7 +383,9 @@ TEST(ConfigFaults, NameTheOverrideThatIsWrong) {
               ElementsAre("--set filter.groups[3].size=3: the list has 2 elements, counted from 0"));
   EXPECT_THAT(fault("texture.seed[0]=3"), ElementsAre("--set texture.seed[0]=3: not a list"));
   EXPECT_THAT(fault("texture.samples.file=3"),
-              ElementsAre("--set texture.samples.file=3: \"uniform\" has no key file"));
+              ElementsAre("--set texture.samples.file=3: texture.samples.file = 3: applies only with space = \"file\"; "
+                          "here it is \"uniform\""));
+  EXPECT_THAT(fault("texture.seed.low=3"), ElementsAre("--set texture.seed.low=3: 1 has no key low"));
   EXPECT_THAT(fault("texture.size={ x = 1"), ElementsAre(StartsWith("--set texture.size={ x = 1: not valid TOML: ")));
   EXPECT_THAT(fault("texture.seed=1\ncutoff=2"),
               ElementsAre(StartsWith("--set texture.seed=1\ncutoff=2: more than one value")));

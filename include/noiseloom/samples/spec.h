@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "noiseloom/files/input_array.h"
 
@@ -10,11 +11,12 @@ namespace noiseloom {
 enum class DistanceKind { absolute, circle, euclidean, angle };
 
 struct SampleSpec {
-  std::string space = "uniform";  // a name of sample_spaces() (samples/space.h); "file": the user's own list
-  int channels = 1;               // file: as found in the file; else that of the space
-  std::string file;               // file: a .npy of shape [n], [n, C] (one list for all slices), [S, n] or
-                                  // [S, n, C] (one per slice, in slice order); n = cells per slice
-  InputArrayPtr array;            // file: its contents where they are known; else whoever needs them reads the file
+  std::string space = "uniform";   // a name of sample_spaces() (samples/space.h); "file": the user's own list
+  std::vector<double> parameters;  // of the space, in the order of its SpaceTraits::parameters; none: as it has them
+  int channels = 1;                // file: as found in the file; else that of the space
+  std::string file;                // file: a .npy of shape [n], [n, C] (one list for all slices), [S, n] or
+                                   // [S, n, C] (one per slice, in slice order); n = cells per slice
+  InputArrayPtr array;             // file: its contents where they are known; else whoever needs them reads the file
   DistanceKind distance = DistanceKind::euclidean;  // file only: how its samples are compared
 
   bool is_file() const { return space == "file"; }
