@@ -19,27 +19,14 @@ bool ends_in(const std::string& path, std::string_view ending) {
                     [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b - 'A' + 'a' : b); });
 }
 
-struct Pixels {
-  std::vector<std::int64_t> shape;
-  std::vector<double> values;
-};
-
-Pixels pixels_of_npy(const std::string& path) {
+InputArrayPtr pixels_of_npy(const std::string& path) {
   NpyArray array = read_npy(path);
-  Pixels pixels = {std::move(array.shape), std::move(array.values)};
-  const auto over = [&](double largest) {
-    for (double& value : pixels.values) value /= largest;
-  };
-  if (array.type.kind == NumberType::Kind::unsigned_integer && array.type.bytes <= 2) {
-    over(array.type.bytes == 1 ? 255 : 65535);  // as of an image
-  }
-  return pixels;
-}
-
-Pixels pixels_of_image(const std::string& path) {
-  const InputArrayPtr array = decode_image(path);
-  const auto& values = std::get<std::vector<float>>(array->values);
-  return {array->shape, {values.begin(), values.end()}};
+  const bool is_code = array.type.kind == NumberType::Kind::unsigned_integer && array.type.bytes <= 2;
+  const double largest = !is_code ? 1 : array.type.bytes == 1 ? 255 : 65535;  // as of an image
+  std::vector<float> values(array.values.size());
+  std::transform(array.values.begin(), array.values.end(), values.begin(),
+                 [largest](double value) { return static_cast<float>(value / largest); });
+  return std::make_shared<const InputArray>(InputArray{std::move(array.shape), std::move(values)});
 }
 
 // [IEC61966-2-1]
@@ -51,8 +38,9 @@ double light_of_srgb(double code) {
 }  // namespace
 
 InputArrayPtr read_luminance(const SampleSpec& spec) {
-  Pixels pixels = is_decoded(spec.file) ? pixels_of_image(spec.file) : pixels_of_npy(spec.file);
-  std::vector<std::int64_t>& shape = pixels.shape;
+  const InputArrayPtr pixels = is_decoded(spec.file) ? decode_image(spec.file) : pixels_of_npy(spec.file);
+  const std::vector<std::int64_t>& shape = pixels->shape;
+  const auto& values = std::get<std::vector<float>>(pixels->values);
   const std::int64_t channels = shape.size() == 2 ? 1 : shape.size() == 3 ? shape[2] : 0;
   if (channels < 1 || channels > 4) {
     throw UserError(spec.file,
@@ -64,19 +52,22 @@ InputArrayPtr read_luminance(const SampleSpec& spec) {
                                            max_image_side));
   }
   if (spec.encoding == ImageEncoding::srgb) {
-    const auto outside = std::find_if(pixels.values.begin(), pixels.values.end(), [](double v) { return v > 1; });
-    if (outside != pixels.values.end()) {
+    const auto outside = std::find_if(values.begin(), values.end(), [](float v) { return v > 1; });
+    if (outside != values.end()) {
       throw UserError(spec.file, fmt::format("holds {}, but codes of sRGB are from 0 to 1; with numbers that are light "
                                              "themselves, encoding = \"linear\"",
                                              *outside));
     }
-    std::transform(pixels.values.begin(), pixels.values.end(), pixels.values.begin(), light_of_srgb);
   }
+  const auto light = [&](float number) {
+    return spec.encoding == ImageEncoding::srgb ? light_of_srgb(static_cast<double>(number))
+                                                : static_cast<double>(number);
+  };
   const auto stride = static_cast<std::size_t>(channels);
   std::vector<float> luminance(static_cast<std::size_t>(shape[0] * shape[1]));
   for (std::size_t i = 0; i < luminance.size(); ++i) {
-    const double* const p = &pixels.values[i * stride];
-    const double exact = channels < 3 ? *p : 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
+    const float* const p = &values[i * stride];
+    const double exact = channels < 3 ? light(*p) : 0.2126 * light(p[0]) + 0.7152 * light(p[1]) + 0.0722 * light(p[2]);
     luminance[i] = static_cast<float>(exact);
   }
   return std::make_shared<const InputArray>(InputArray{{shape[0], shape[1]}, std::move(luminance)});

@@ -14,21 +14,24 @@ constexpr double whole_mass = 0x1p62;  // leaves room for what rounding adds
 
 }  // namespace
 
-MassGrid::MassGrid(int width, int height, std::span<const double> masses)
+MassGrid::MassGrid(int width, int height, const std::function<double(int x, int y)>& mass_of)
     : size_{width, height}, below_((static_cast<std::size_t>(width) + 1) * (static_cast<std::size_t>(height) + 1), 0) {
   NOISELOOM_CHECK(width >= 1 && height >= 1);
-  const auto columns = static_cast<std::size_t>(width);
-  NOISELOOM_CHECK(masses.size() == columns * static_cast<std::size_t>(height));
-  // Halves first, as the sum of all may be past the largest double.
+  // Halves, as the sum of all may be past the largest double.
   double half = 0;
-  for (const double mass : masses) half += 0.5 * mass;
+  for (int y = 0; y < height; ++y) {
+    double row = 0;
+    for (int x = 0; x < width; ++x) row += 0.5 * mass_of(x, y);
+    half += row;
+  }
   NOISELOOM_CHECK(half > 0 && std::isfinite(half));
-  for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
-    const std::uint64_t* const above = &below_[y * (columns + 1)];
-    std::uint64_t* const row = &below_[(y + 1) * (columns + 1)];
+  const std::size_t pitch = static_cast<std::size_t>(width) + 1;
+  for (int y = 0; y < height; ++y) {
+    const std::uint64_t* const above = &below_[static_cast<std::size_t>(y) * pitch];
+    std::uint64_t* const row = &below_[(static_cast<std::size_t>(y) + 1) * pitch];
     std::uint64_t sum = 0;
-    for (std::size_t x = 0; x < columns; ++x) {
-      sum += static_cast<std::uint64_t>(0.5 * masses[y * columns + x] / half * whole_mass);
+    for (int x = 0; x < width; ++x) {
+      sum += static_cast<std::uint64_t>(0.5 * mass_of(x, y) / half * whole_mass);
       row[x + 1] = above[x + 1] + sum;
     }
   }

@@ -8,7 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
+#include <functional>
 #include <vector>
 
 namespace noiseloom {
@@ -31,8 +31,8 @@ struct TexelPoint {
 
 class MassGrid {
  public:
-  // masses: height * width, [y][x]; finite, none below 0, not all 0.
-  MassGrid(int width, int height, std::span<const double> masses);
+  // mass_of(x, y) is the mass of a texel; finite, none below 0, not all 0. It is asked twice for each.
+  MassGrid(int width, int height, const std::function<double(int x, int y)>& mass_of);
 
   int width() const { return size_[0]; }
   int height() const { return size_[1]; }

@@ -230,22 +230,22 @@ std::shared_ptr<const SampleSpace> image_space(InputArrayPtr luminance, ImageDom
   const int width = narrow<int>(luminance->shape[1]);
   check_values(values, static_cast<std::size_t>(width), path);
   ImageGeometry geometry(onto, width, height);
-  std::vector<double> masses;
-  masses.reserve(values.size());
+  const auto mass_of = [&](int x, int y) {
+    const std::size_t texel =
+        static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+    return static_cast<double>(values[texel]) * geometry.measure(x, y);
+  };
   double total = 0;
   for (int y = 0; y < height; ++y) {
     double row = 0;
-    for (int x = 0; x < width; ++x) {
-      masses.push_back(static_cast<double>(values[masses.size()]) * geometry.measure(x, y));
-      row += masses.back();
-    }
+    for (int x = 0; x < width; ++x) row += mass_of(x, y);
     total += row;
   }
   if (!(total > 0)) {
     const bool black = std::all_of(values.begin(), values.end(), [](float v) { return v == 0; });
     throw UserError(path, fmt::format("no density: every pixel {}is black", black ? "" : "that lies in the space "));
   }
-  MassGrid grid(width, height, masses);
+  MassGrid grid(width, height, mass_of);
   return std::make_shared<ImageSpace>(image_space_traits(onto), std::move(luminance), std::move(geometry),
                                       std::move(grid), total);
 }
