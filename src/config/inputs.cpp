@@ -126,14 +126,13 @@ void take_inputs(RunConfig& config, const std::vector<RunFileInput>& inputs, con
     });
     if (found == inputs.end()) return;
     if (!is_of_type(contents, *found->array)) {
-      const auto text = [&](bool floats) {
-        return fmt::format("{} of {} dimensions", floats ? "float32" : "float64", found->array->shape.size());
-      };
-      throw UserError(path, fmt::format("/inputs/{}: holds {}, but must be {}", found->key,
-                                        text(std::holds_alternative<std::vector<float>>(found->array->values)),
-                                        contents == Contents::density ? "float32 of 2 dimensions"
-                                        : are_floats(contents)        ? "float32"
-                                                                      : "float64"));
+      const bool holds_floats = std::holds_alternative<std::vector<float>>(found->array->values);
+      throw UserError(path,
+                      holds_floats != are_floats(contents)
+                          ? fmt::format("/inputs/{}: holds {}, but must be {}", found->key,
+                                        holds_floats ? "float32" : "float64", holds_floats ? "float64" : "float32")
+                          : fmt::format("/inputs/{}: has shape {}, but must be (height, width)", found->key,
+                                        npy_shape_text(found->array->shape)));
     }
     array = found->array;
   });
