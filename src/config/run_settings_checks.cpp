@@ -150,8 +150,7 @@ void check_method(Reader& reader, const Value& root, const Owners& owners) {
   if (config.optimizer.method == Method::construct) check_construct(reader, root, config);
   if (config.optimizer.method != Method::void_and_cluster) return;
   const Value* samples = find_at(root, "texture.samples");
-  if (samples != nullptr &&
-      (samples->table() != nullptr || is_other_word(samples, reader.kind().row("texture.samples"), "uniform"))) {
+  if (samples != nullptr && reader.decided("texture.samples.space") && config.problem.samples.space != "uniform") {
     reader.fault(*samples, "texture.samples",
                  fmt::format("{}they must be \"uniform\": the order of the pixels makes the values", with));
   }

@@ -122,8 +122,6 @@ RunPlan plan_construct(const RunConfig& config, const PlanRequest& request) {
   for (const SliceTaps& slice : outline.slices.slices()) offsets.push_back(slice.offset);
   const Partition partition(extents.num_slices(), request.ranks);
   const std::vector<Rank> looked_at = ranks_to_look_at(request.ranks);
-  const bool has_pdf =
-      !config.problem.samples.is_file() && !sample_space(config.problem.samples).traits().has_constant_density;
   double told = 0;
   double messages = 0;
   for (const Rank rank : looked_at) {
@@ -147,7 +145,7 @@ RunPlan plan_construct(const RunConfig& config, const PlanRequest& request) {
 
   std::vector<SliceDataset> datasets = {{"/samples", ElementType::float32, 1, true},
                                         {"/state/permutation", ElementType::uint32, 1, false}};
-  if (has_pdf) datasets.push_back({"/pdf", ElementType::float32, 1, false});
+  if (has_pdf(config.problem.samples)) datasets.push_back({"/pdf", ElementType::float32, 1, false});
   add_file_sizes(config, datasets, plan);
 
   ConstructSpec spec = config.construct;
