@@ -35,9 +35,10 @@ constexpr Word method_table[] = {
     {"fast", "the published algorithm of filter-adapted sampling, for comparison", "paper ea"},
     {"void-and-cluster", "pixels turned on one by one, each in the largest void: scalar blue noise masks",
      "vc vnc void-cluster voidandcluster void_and_cluster ulichney"},
-    {"construct", "scalars placed one by one, each slice for itself, in the largest void that the filter sees",
+    {"construct",
+     "scalars and circles placed one by one, each slice for itself, in the largest void that the filter sees",
      "construction constructive greedy"},
-    {"auto", "construct for scalars that are compared by their difference, anneal for all others", "automatic best"},
+    {"auto", "construct for scalars and circles, anneal for all others", "automatic best"},
 };
 
 constexpr Word precision_table[] = {
@@ -194,9 +195,10 @@ std::vector<Setting> rows() {
       {.key = "optimizer", .type = Type::table, .sentence = "How it is made, and for how long."},
       {.key = "optimizer.method",
        .type = Type::word,
-       .sentence = "The algorithm. void-and-cluster needs samples \"uniform\" and gauss-energy kernels, and combine "
-                   "\"sum\" where there are several groups; construct needs samples of one channel that are not on a "
-                   "circle, and anneals what it has made where there is a stop rule.",
+       .sentence =
+           "The algorithm. void-and-cluster needs samples \"uniform\" and gauss-energy kernels, and combine "
+           "\"sum\" where there are several groups; construct needs samples of one channel, and anneals what it "
+           "has made where there is a stop rule.",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.method; },
        .words = method_table},
       {.key = "optimizer.stop",
@@ -310,7 +312,8 @@ std::vector<Setting> rows() {
        .when = with_method("void-and-cluster")},
       {.key = "optimizer.density",
        .type = Type::number,
-       .sentence = "Share of the pixels of a slice in the pattern that construction starts from.",
+       .sentence =
+           "Share of the pixels of a slice in the pattern that construction starts from (on a circle it is half).",
        .field = [](RunConfig& c) -> Field { return &c.construct.density; },
        .range = at_least(0, 0.5),
        .when = with_construction},

@@ -143,6 +143,13 @@ CONFIGS = {
         'texture.size = { x = 8, y = 5, t = 4 }\ntexture.samples = { file = "scalars.npy" }\n'
         'filter.groups = [{ axes = "xy", kernel = "table", file = "taps-4.npy" }, { axes = "t", kernel = "box", size = 2 }]\n'
         + CONSTRUCT + 'optimizer.sharpness = 1.25\n',
+    "construct, circle, box x ema":
+        'texture.size = { x = 33, y = 27, t = 6 }\ntexture.samples = "circle"\n'
+        'filter.groups = [{ axes = "xy", kernel = "box", size = 3 },\n'
+        '                 { axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.1 }]\n' + CONSTRUCT,
+    "construct, circle, gauss in one slice":
+        'texture.size = { x = 67, y = 63 }\ntexture.samples = "circle"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss", sigma = 1.0 }]\n' + CONSTRUCT,
     "construct, blue noise":
         'texture.size = { x = 23, y = 19, t = 4 }\nfilter.combine = "sum"\n'
         'filter.groups = [{ axes = "xy", kernel = "gauss-energy" }, { axes = "t", kernel = "gauss-energy" }]\n' + CONSTRUCT,
@@ -211,6 +218,8 @@ CHECKSUMS = {
     "construct, tent, box in one slice": ("cdb79120bf909ee9",),
     "construct, gauss, sum over two slice axes, other seed": ("c7524501ea97233e",),
     "construct, a list, table, given sharpness": ("ae90f92e8f2f1fcb",),
+    "construct, circle, box x ema": ("ac7b02f8e1073435",),
+    "construct, circle, gauss in one slice": ("1d84dd44624a48f1",),
     "construct, blue noise": ("f095fab96e96459e",),
     "auto, constructed, annealed in the cold": ("7b1683df58176a13",),
     "auto, constructed, annealed": ("1b3d2ee7e8693271",),
