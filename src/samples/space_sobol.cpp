@@ -50,12 +50,13 @@ SpacePtr make_sobol(const SpaceTraits& family, const std::vector<double>& values
   traits.nvidia_name = "vec" + number + "_sobol";
   traits.ea_name = (traits.channels == 1 ? "real" : "vector" + number) + "_sobol";
   return std::make_unique<SobolSpace>(
-      traits, BoxMap{.domain = unit_box(traits.channels),
-                     .to_sample = [](int count, const double* u, double* sample) { std::copy(u, u + count, sample); },
-                     .to_domain = [](int count, const float* sample, double* u) { std::copy(sample, sample + count, u); },
-                     .contains = [](const float*) { return true; },
-                     .density = [](const float*) { return 1.0; },
-                     .share_below = [](int /*channel*/, double value) { return value; }});
+      traits,
+      BoxMap{.domain = unit_box(traits.channels),
+             .to_sample = [](int count, const double* u, double* sample) { std::copy(u, u + count, sample); },
+             .to_domain = [](int count, const float* sample, double* u) { std::copy(sample, sample + count, u); },
+             .contains = [](const float*) { return true; },
+             .density = [](const float*) { return 1.0; },
+             .share_below = [](int /*channel*/, double value) { return value; }});
 }
 
 }  // namespace

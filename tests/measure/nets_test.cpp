@@ -17,7 +17,8 @@ SampleSpec sobol(int channels) {
   return spec;
 }
 
-std::vector<float> slices(const SampleSpec& spec, std::int64_t n, SliceIndex first, SliceIndex count, std::uint64_t seed) {
+std::vector<float> slices(const SampleSpec& spec, std::int64_t n, SliceIndex first, SliceIndex count,
+                          std::uint64_t seed) {
   const SampleSource source(spec, n, first + count, seed);
   std::vector<float> points;
   for (SliceIndex s = first; s < first + count; ++s) {
