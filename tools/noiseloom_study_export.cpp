@@ -8,6 +8,7 @@
 
 #include "noiseloom/core/console.h"
 #include "noiseloom/image/export.h"
+#include "noiseloom/image/export_importance.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {
@@ -16,6 +17,7 @@ namespace {
 struct ExportArguments {
   std::string file;
   ExportOptions options;
+  std::string importance;
 };
 
 std::string list_of_files(const std::vector<std::string>& files) {
@@ -31,6 +33,35 @@ void run_export(const std::string& file, const ExportOptions& options) {
     print_error(fmt::format("warning: {}: {}; go on with generate --resume\n", file, result.unfinished));
   if (!result.files.empty()) fmt::print("wrote {}\n", list_of_files(result.files));
   if (!result.tables.empty()) fmt::print("{}, in {}\n", result.points, list_of_files(result.tables));
+}
+
+// Which pixels a mask samples, frame by frame, in place of its values.
+void run_importance(const ExportArguments& arguments) {
+  const ExportOptions& options = arguments.options;
+  std::vector<Fault> faults;
+  for (const auto& [option, value] : {std::pair("--format", options.format), std::pair("--layout", options.layout),
+                                      std::pair("--depth", options.depth), std::pair("--naming", options.naming),
+                                      std::pair("--slices", options.slices), std::pair("--range", options.range),
+                                      std::pair("--threshold", options.threshold), std::pair("--pdf", options.density),
+                                      std::pair("--values", options.values), std::pair("--read", options.read)}) {
+    if (!value.empty()) {
+      faults.push_back(
+          {"command line", fmt::format("{} {}: does not go with --importance, which writes one PNG a frame "
+                                       "and coverage.csv into a folder",
+                                       option, value)});
+    }
+  }
+  refuse_unfit_folder(options.output);
+  throw_if_any(std::move(faults));
+  const ImportanceResult result = export_importance(
+      arguments.file, {arguments.importance, options.output, options.frames, options.overwrite}, posix_file_ops());
+  const Coverage& last = result.coverage.back();
+  fmt::print("wrote {} and {}\n", list_of_files(result.images), result.table);
+  fmt::print(
+      "sampled at least once in {} {}: {:.2f} % of the pixels (white noise {:.2f} %, slices that are blue each "
+      "alone {:.2f} %)\n",
+      result.coverage.size(), result.coverage.size() == 1 ? "frame" : "frames", 100 * last.so_far, 100 * last.white,
+      100 * last.slices_alone);
 }
 
 }  // namespace
@@ -55,7 +86,15 @@ void add_export(CLI::App& app) {
   command->add_option("--naming", options.naming,
                       "Names in a folder: plain (default); nvidia, ea: those of the published textures; or a pattern\n"
                       "with one place for the number: {slice}, {slice:03}, {}, %d, %03d, %i, ####");
-  command->add_option("--slices", options.slices, "A:B: slices A to B - 1");
+  command->add_option("--frames", options.frames,
+                      "N: frames 0 to N - 1 as a shader reads them, in place of the slices: slice after slice, and the "
+                      "whole\ntexture moved on after each round of them");
+  command->add_option("--values", options.values,
+                      "K: values that a pixel reads in a frame; output f K + v is value v of frame f");
+  command->add_option("--read", options.read,
+                      "Where these are read: offsets (default; of the R2 sequence, in one slice) or slices (those that "
+                      "follow)");
+  command->add_option("--slices", options.slices, "A:B: slices (or frames) A to B - 1");
   command->add_option("--range", options.range,
                       "LO:HI: what 0 and 1 of an image stand for; needed for unbounded samples (gauss, a file's)");
   command->add_option(
@@ -68,6 +107,11 @@ void add_export(CLI::App& app) {
                    "images\nof one channel beside (NAME_pdf.png); none")
       ->expected(0, 1)
       ->default_str("alpha");
+  command->add_option(
+      "--importance", arguments->importance,
+      "MAP: which pixels a scalar mask samples in each frame under an importance map (an image or .npy, "
+      "0 to 1):\nthose whose importance is above the mask. PNGs, and coverage.csv: the share sampled so "
+      "far");
   command->add_flag("--overwrite", options.overwrite, "Replace files that exist");
   command->footer(
       "Values are stored as b = floor(256 u) (16 bit: 65536) and read back as u = (b + 0.5) / 256; u is the value, "
@@ -91,6 +135,7 @@ void add_export(CLI::App& app) {
       arguments->file = std::exchange(arguments->options.density, "alpha");
     }
     if (arguments->file.empty()) throw UserError("command line", "RUN.h5 is required; see noiseloom export --help");
+    if (!arguments->importance.empty()) return run_importance(*arguments);
     run_export(arguments->file, arguments->options);
   });
 }

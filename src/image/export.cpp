@@ -63,13 +63,31 @@ class SliceEncoder {
     std::transform(places_.begin(), places_.end(), values_.begin(),
                    [&](OrderPlace place) { return is_point(place) ? 1.0F : 0.0F; });
   }
-  void read_density(SliceIndex slice) {
+  void read_samples(const TextureRead::Place& place) {
+    reader_.read_slice(samples_, place.slice, std::as_writable_bytes(std::span(values_)));
+    shift(place, channels_, values_);
+  }
+  void read_density(const TextureRead::Place& place) {
     density_.resize(cells_);
-    reader_.read_slice(reader_.dataset("/pdf"), slice, std::as_writable_bytes(std::span(density_)));
+    reader_.read_slice(reader_.dataset("/pdf"), place.slice, std::as_writable_bytes(std::span(density_)));
+    shift(place, 1, density_);
+  }
+  // What is written as slice `slice`.
+  TextureRead::Place place_of(SliceIndex slice) const {
+    if (!plan_.reads) return {.slice = slice};
+    return plan_.reads->place(slice / plan_.reads->values, slice % plan_.reads->values);
+  }
+  // Pixel (x, y) becomes what pixel (x + dx, y + dy) is, around the edges.
+  void shift(const TextureRead::Place& place, std::size_t channels, std::vector<float>& numbers) const {
+    const auto row = static_cast<std::ptrdiff_t>(static_cast<std::size_t>(plan_.extents.width()) * channels);
+    for (auto begin = numbers.begin(); begin != numbers.end() && place.dx != 0; begin += row) {
+      std::rotate(begin, begin + place.dx * static_cast<std::ptrdiff_t>(channels), begin + row);
+    }
+    std::rotate(numbers.begin(), numbers.begin() + place.dy * row, numbers.end());
   }
   void find_largest_density() {
     for (SliceIndex s = 0; s < reader_.content().extents.num_slices(); ++s) {
-      read_density(s);
+      read_density({.slice = s});
       largest_density_ =
           std::max(largest_density_, static_cast<double>(*std::max_element(density_.begin(), density_.end())));
     }
@@ -79,8 +97,8 @@ class SliceEncoder {
     if (order_ != nullptr)
       read_points(slice);
     else
-      reader_.read_slice(samples_, slice, std::as_writable_bytes(std::span(values_)));
-    if (output.has_density()) read_density(slice);
+      read_samples(place_of(slice));
+    if (output.has_density()) read_density(place_of(slice));
     const std::vector<int>& source = output.pixel.source;
     bytes_.resize(cells_ * source.size() * bytes_per_number(output.type));
     const bool clamped = output.container->numbers == StoredNumbers::unit;
@@ -161,6 +179,10 @@ std::string description(const ExportPlan& plan, const ExportOutput& output, cons
         fmt::format("{}, {} of {}; samples {}; value = {}", of_density ? "density of sampling noise" : "sampling noise",
                     slices_text(job), job.extents.to_string(), job.samples,
                     of_density ? fmt::format("density / {}", largest_density) : job.decoding);
+    if (plan.reads) {
+      text += fmt::format("; the slices are frames as a shader reads them, {} {} each", plan.reads->values,
+                          plan.reads->values == 1 ? "value" : "values");
+    }
     if (plan.with_density) text += fmt::format("; alpha = density / {}", largest_density);
   }
   return job.unfinished.empty() ? text : text + "; " + job.unfinished;
@@ -236,7 +258,7 @@ ExportResult export_run_file(const std::string& path, const ExportOptions& optio
   result.unfinished = unfinished_run(content, config);
   ContainerJob job;
   job.source = path;
-  job.extents = content.extents;
+  job.extents = plan.extents;
   job.range = plan.range;
   job.samples = config.problem.samples.space;
   job.config = content.config;

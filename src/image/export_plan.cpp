@@ -55,6 +55,7 @@ class Planner {
     main_.container = container_;
     choose_type();
     choose_layout();
+    choose_frames();
     choose_slices();
     choose_points();
     choose_naming();
@@ -149,8 +150,54 @@ class Planner {
                                              fmt::join(accepted, ", ")));
   }
 
+  // A count on the command line, 1 to `most`.
+  SliceIndex count_of(const std::string& option, const std::string& text, SliceIndex most) {
+    if (text.empty()) return 1;
+    SliceIndex count = 0;
+    const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), count);
+    if (error == std::errc{} && stop == text.data() + text.size() && count >= 1 && count <= most) return count;
+    fault(fmt::format("{} {}: must be from 1 to {}", option, text, most));
+    return 1;
+  }
+
+  void choose_frames() {
+    plan_.extents = content_.extents;
+    if (options_.frames.empty() && options_.values.empty() && options_.read.empty()) return;
+    constexpr SliceIndex most_frames = 1'000'000;
+    constexpr SliceIndex most_values = 1024;
+    const Extents& texture = content_.extents;
+    const SliceIndex values = count_of("--values", options_.values, most_values);
+    const SliceIndex frames =
+        options_.frames.empty() ? texture.num_slices() : count_of("--frames", options_.frames, most_frames);
+    TextureRead reads = {texture.width(), texture.height(), texture.num_slices(), values};
+    if (options_.read == "slices") {
+      reads.from = ValuesFrom::slices;
+    } else if (!options_.read.empty() && options_.read != "offsets") {
+      fault(fmt::format("--read {}: accepted: offsets, slices", options_.read));
+    }
+    if (points_wanted()) fault("--frames, --values: a point set (--threshold) has slices alone");
+    if (texture.num_axes() > 3) {
+      fault(fmt::format("--frames, --values: a shader's frames run along one slice axis; the texture has {}",
+                        texture.num_axes() - 2));
+    }
+    constexpr std::int64_t most_side = 65536;
+    if (texture.width() > most_side || texture.height() > most_side) {
+      fault(fmt::format("--frames, --values: for textures of at most {} pixels a side", most_side));
+    }
+    plan_.reads = reads;
+    std::vector<std::int64_t> sizes = {texture.width(), texture.height()};
+    std::vector<std::string> names = {"x", "y"};
+    if (values > 1) {  // the last slice axis varies slowest
+      sizes.push_back(values);
+      names.emplace_back("value");
+    }
+    sizes.push_back(frames);
+    names.emplace_back("frame");
+    plan_.extents = Extents(sizes, names);
+  }
+
   void choose_slices() {
-    const SliceIndex count = content_.extents.num_slices();
+    const SliceIndex count = plan_.extents.num_slices();
     plan_.begin = 0;
     plan_.end = count;
     if (options_.slices.empty()) return;
@@ -267,7 +314,7 @@ class Planner {
   }
 
   void name_main_output() {
-    const SliceIndex count = content_.extents.num_slices();
+    const SliceIndex count = plan_.extents.num_slices();
     const bool one_file = main_.layout != ExportLayout::slices;
     const bool own_name = !output_.file.empty() && !pattern_in_output_;
     if (own_name && (one_file || count == 1)) {

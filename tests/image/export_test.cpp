@@ -152,6 +152,46 @@ TEST(Export, PutsDensityIntoImagesBeside) {
   EXPECT_THROW(export_run_file(folder / "run.h5", options, posix_file_ops()), UserError);
 }
 
+TEST(Export, WritesFramesAsAShaderReadsThem) {
+  const TemporaryFolder folder;
+  const RunConfig config = small_config("vector2");
+  const Texture texture = start_texture(config);
+  write_run_file(folder / "run.h5", config, texture);
+  ExportOptions options = options_for(folder / "frames.npy");
+  options.frames = "8";
+  options.values = "2";
+  export_run_file(folder / "run.h5", options, posix_file_ops());
+  const NpyArray frames = read_npy(folder / "frames.npy");
+  const std::int64_t width = texture.extents.width();
+  const std::int64_t height = texture.extents.height();
+  ASSERT_THAT(frames.shape, ElementsAre(8, 2, height, width, 2));
+  const TextureRead read = {.width = width, .height = height, .num_slices = texture.extents.num_slices(), .values = 2};
+  std::size_t at = 0;
+  for (std::int64_t frame = 0; frame < 8; ++frame) {
+    for (int value = 0; value < 2; ++value) {
+      const TextureRead::Place place = read.place(frame, value);
+      for (std::int64_t y = 0; y < height; ++y) {
+        for (std::int64_t x = 0; x < width; ++x) {
+          const auto cell = static_cast<std::size_t>((y + place.dy) % height * width + (x + place.dx) % width);
+          for (std::size_t c = 0; c < 2; ++c) {
+            const auto plane = c * static_cast<std::size_t>(width * height);
+            ASSERT_EQ(frames.values[at++], static_cast<double>(texture.slice(place.slice)[plane + cell]));
+          }
+        }
+      }
+    }
+  }
+  options.frames = "0";
+  options.values = "many";
+  options.read = "rows";
+  try {
+    export_run_file(folder / "run.h5", options, posix_file_ops());
+    ADD_FAILURE();
+  } catch (const UserError& error) {
+    EXPECT_EQ(error.faults().size(), 3U) << error.what();
+  }
+}
+
 TEST(Export, ClampsUnboundedValuesToTheRangeGiven) {
   const TemporaryFolder folder;
   const RunConfig config = small_config("gauss");

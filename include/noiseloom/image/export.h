@@ -16,6 +16,7 @@
 #include "noiseloom/files/file_ops.h"
 #include "noiseloom/files/run_file.h"
 #include "noiseloom/image/container.h"
+#include "noiseloom/image/texture_read.h"
 
 namespace noiseloom {
 
@@ -28,6 +29,9 @@ struct ExportOptions {
   std::string naming;     // plain, nvidia, ea, a pattern
   std::string slices;     // "a:b": a, a + 1, ..., b - 1
   std::string range;      // "lo:hi"
+  std::string frames;     // N: the frames 0 to N - 1 as a shader reads them (texture_read.h), instead of the slices
+  std::string values;     // how many values a pixel reads in a frame; else 1
+  std::string read;       // offsets, slices: where the values of a frame are read
   std::string threshold;  // a fraction of all pixels: the points that come first, instead of the values
   std::string density;    // where the density goes: alpha, separate (images beside, of one channel) or none
   bool overwrite = false;
@@ -49,8 +53,11 @@ struct ExportPlan {
   std::vector<ExportOutput> outputs;  // the one that was asked for, then images of the density or tables of points
   SliceIndex begin = 0;
   SliceIndex end = 0;
-  std::optional<ValueRange> range;         // stored numbers are to_unit(range, value); none: the values themselves
-  bool with_density = false;               // in the channel A
+  std::optional<ValueRange> range;  // stored numbers are to_unit(range, value); none: the values themselves
+  bool with_density = false;        // in the channel A
+  // The frames that are written in place of the slices: output f * values + v is value v of frame f.
+  std::optional<TextureRead> reads;
+  Extents extents;                         // of what is written: the texture, or [frames][values] of it
   std::optional<std::int64_t> num_points;  // with a threshold: how many pixels of the whole texture are points
 };
 
