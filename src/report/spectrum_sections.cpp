@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
+#include "noiseloom/measure/autocorrelation.h"
 #include "noiseloom/problem/footprint.h"
+#include "noiseloom/report/number_text.h"
 #include "report/mask_report.h"
 
 namespace noiseloom {
@@ -67,6 +70,41 @@ class Sections {
                                 "Mean over slices and channels. Black: none; light grey: as white noise; white: twice "
                                 "that or more.");
     add({"Spectrum of a slice", text, {picture, {svg, "The same, averaged over rings."}}});
+    add_autocorrelation(spectrum);
+  }
+
+  // How far apart the reads of a pixel must lie to be as from textures of their own.
+  void add_autocorrelation(const PlaneSpectrum& spectrum) {
+    const Autocorrelation correlation = autocorrelation_of(spectrum, extents_.num_slices());
+    const std::vector<CorrelationRing> rings = correlation_rings(correlation);
+    if (rings.empty()) return;
+    std::string csv = "distance,mean,largest_magnitude\n";
+    PlotLine mean{"mean over the ring", {}, {}, PlotLine::Style::main};
+    PlotLine largest{"largest, whatever its sign", {}, {}, PlotLine::Style::second};
+    constexpr int most_shown = 32;
+    for (const CorrelationRing& ring : rings) {
+      csv += fmt::format("{},{},{}\n", ring.distance, ring.mean, ring.largest);
+      if (ring.distance > most_shown) continue;
+      for (const auto& [line, value] : {std::pair(&mean, ring.mean), std::pair(&largest, ring.largest)}) {
+        line->x.push_back(ring.distance);
+        line->y.push_back(value);
+      }
+    }
+    writer_.write("autocorrelation.csv", csv);
+    const int from = uncorrelated_from(rings, correlation.chance);
+    const std::string text =
+        from <= rings.back().distance
+            ? fmt::format(
+                  "Reads that lie {} pixel{} apart or more are uncorrelated: no offset from there on has a "
+                  "correlation above {}. So far apart, one texture serves as several.",
+                  from, from == 1 ? "" : "s", number_text(std::max(uncorrelated_limit, 5 * correlation.chance), 2))
+            : fmt::format("There is no distance in this texture from which on reads are uncorrelated (below {}).",
+                          number_text(std::max(uncorrelated_limit, 5 * correlation.chance), 2));
+    const Plot plot{"Autocorrelation of a slice", "distance (pixels)", "correlation", false, {mean, largest}};
+    add({"Autocorrelation of a slice",
+         text,
+         {{plot_svg(plot), "How alike values are to those some pixels away, over rings of offsets; alike: 1.",
+           plot_width}}});
   }
 
   // Where the filter groups just these two axes, how the power depends on the length of the frequency is shown too.

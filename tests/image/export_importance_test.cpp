@@ -26,7 +26,8 @@ TEST(ExportImportance, SamplesWhereImportanceIsAboveTheMask) {
   std::vector<float> map;
   for (std::size_t i = 0; i < map_width * map_height; ++i) map.push_back(static_cast<float>(i % 11) / 10);
   write_npy(folder / "map.npy",
-            std::vector<std::int64_t>{static_cast<std::int64_t>(map_height), static_cast<std::int64_t>(map_width)}, map);
+            std::vector<std::int64_t>{static_cast<std::int64_t>(map_height), static_cast<std::int64_t>(map_width)},
+            map);
   const ImportanceResult result = export_importance(
       folder / "run.h5", {.map = folder / "map.npy", .output = folder / "out", .frames = "2"}, posix_file_ops());
   ASSERT_EQ(result.images.size(), 2U);
@@ -60,7 +61,8 @@ TEST(ExportImportance, RefusesWhatIsNoMaskAndNoMap) {
   write_run_file(folder / "scalars.h5", scalars, start_texture(scalars));
   write_npy(folder / "map.npy", std::vector<std::int64_t>{1, 2}, std::vector<float>{0.5F, 1});
   write_npy(folder / "bright.npy", std::vector<std::int64_t>{1, 2}, std::vector<float>{0.5F, 1.5F});
-  const auto refused = [&](const std::string& run, const std::string& map, const std::string& frames, const char* words) {
+  const auto refused = [&](const std::string& run, const std::string& map, const std::string& frames,
+                           const char* words) {
     try {
       export_importance(folder / run, {.map = folder / map, .output = folder / "out", .frames = frames},
                         posix_file_ops());

@@ -41,11 +41,11 @@ TEST(Analyze, WritesPicturesTablesAndAPageThatNeedsNothingElse) {
   file.source = "run file";
   file.history = {{"sweep", {0, 1, 2}}, {"relative_error", {1, 0.5, 0.25}}, {"seconds", {0, 1.5, 2}}};
   analyze(file, folder.path());
-  EXPECT_THAT(
-      folder.names(),
-      UnorderedElementsAre("report.html", "preview.png", "slice_0.png", "slice_1.png", "slice_2.png", "estimates.png",
-                           "error.png", "error_white_noise.png", "spectrum_xy.png", "spectrum_xy.csv",
-                           "spectrum_xy.svg", "spectrum_xt.png", "spectrum_t.csv", "spectra.svg", "convergence.csv"));
+  EXPECT_THAT(folder.names(),
+              UnorderedElementsAre("report.html", "preview.png", "slice_0.png", "slice_1.png", "slice_2.png",
+                                   "estimates.png", "error.png", "error_white_noise.png", "spectrum_xy.png",
+                                   "spectrum_xy.csv", "autocorrelation.csv", "spectrum_xy.svg", "spectrum_xt.png",
+                                   "spectrum_t.csv", "spectra.svg", "convergence.csv"));
   const std::string page = read_bytes(folder / "report.html");
   EXPECT_THAT(page, AllOf(HasSubstr("some &amp; other.h5"), HasSubstr("data:image/png;base64,"), HasSubstr("<svg"),
                           HasSubstr("box 3 over xy"), HasSubstr("Convergence")));
@@ -154,7 +154,7 @@ TEST(Analyze, NeedsNoConfigForPicturesAndSpectra) {
   file.source = "one image, 8 bit";
   analyze(file, folder.path());
   EXPECT_THAT(folder.names(), UnorderedElementsAre("report.html", "preview.png", "spectrum_xy.png", "spectrum_xy.csv",
-                                                   "spectrum_xy.svg", "spectra.svg"));
+                                                   "autocorrelation.csv", "spectrum_xy.svg", "spectra.svg"));
 }
 
 TEST(Analyze, ShowsThePointsOfAMaskAndTheAxesThatItsFilterGroups) {

@@ -1,8 +1,8 @@
 // Adaptive sampling: which pixels of which frame a scalar mask samples under an importance map, and how many have been
 // sampled so far ([STBN22s], 4.4).
 //
-// A pixel is sampled in a frame if its importance is above the mask's value there. A mask that is blue over time samples
-// other pixels in each frame, so that fewer are sampled twice while others wait.
+// A pixel is sampled in a frame if its importance is above the mask's value there. A mask that is blue over time
+// samples other pixels in each frame, so that fewer are sampled twice while others wait.
 #pragma once
 
 #include <string>
@@ -21,10 +21,10 @@ struct ImportanceOptions {
 
 // Shares of all pixels, after each frame.
 struct Coverage {
-  double now = 0;            // sampled in this frame
-  double so_far = 0;         // sampled at least once
-  double white = 0;          // the same for white noise
-  double slices_alone = 0;   // and for the mask's own slices, each shifted at random: blue each, unrelated to each other
+  double now = 0;           // sampled in this frame
+  double so_far = 0;        // sampled at least once
+  double white = 0;         // the same for white noise
+  double slices_alone = 0;  // and for the mask's own slices, each shifted at random: blue each, unrelated to each other
 };
 
 struct ImportanceResult {
