@@ -29,7 +29,7 @@ InputArrayPtr pixels_of_npy(const std::string& path) {
   return std::make_shared<const InputArray>(InputArray{std::move(array.shape), std::move(values)});
 }
 
-// [IEC61966-2-1]
+// IEC 61966-2-1.
 double light_of_srgb(double code) {
   if (!(code > 0.04045)) return code / 12.92;
   return math::pow((code + 0.055) / 1.055, 2.4);
