@@ -27,6 +27,11 @@ struct Joining {
 Joining find_joining(const RunConfig& config, const SampleSource& source, const JoiningQuestion& question,
                      ThreadPool& pool);
 
+// Of that small texture.
+Extents extents_of_trials(const RunConfig& config);
+// What trials take of the work of a run.
+constexpr double share_of_trials = 0.05;
+
 // The rule alone. Measured on 128x128 with box 3, box 5, gauss 0.7, gauss 1.0, binomial 2 and binomial 3, constructed
 // and then annealed for 100 to 30,000 iterations from each tenth of the schedule, and on 64x64x32 with an EMA
 // (tests/bench/README.md).
