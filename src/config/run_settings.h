@@ -29,6 +29,8 @@ void take_initial_parameters(const Owners& owners);
 void check_groups(Reader& reader, const Found& groups);
 void check_temperatures(Reader& reader, const Found& temperatures);
 void check_method(Reader& reader, const Value& root, const Owners& owners);
+// Nets need sizes that are powers of two.
+void check_sizes_of_nets(Reader& reader, const Value& root, const RunConfig& config);
 
 // The defaults of one kernel (gauss-energy has a wider sigma than gauss).
 KernelSpec default_kernel(KernelKind kind);

@@ -143,6 +143,7 @@ void check_auto(Reader& reader, const Value& root, RunConfig& config) {
 
 void check_method(Reader& reader, const Value& root, const Owners& owners) {
   RunConfig& config = owners.get<RunConfig>();
+  check_sizes_of_nets(reader, root, config);
   const bool may_construct =
       config.optimizer.method == Method::construct || config.optimizer.method == Method::automatic;
   if (may_construct && find_at(root, "optimizer.stop") == nullptr) config.optimizer.stop = StopSpec::none();

@@ -3,11 +3,14 @@
 // row of the config's table.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <deque>
 #include <iterator>
 #include <string>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "config/run_settings.h"
 #include "noiseloom/config/settings_writer.h"
@@ -158,6 +161,29 @@ std::vector<Setting> with_rows_of_samples(std::vector<Setting> rows) {
   const auto size = std::find_if(rows.begin(), rows.end(), [](const Setting& s) { return s.key == "texture.size"; });
   rows.insert(std::next(size), own.begin(), own.end());
   return rows;
+}
+
+void check_sizes_of_nets(Reader& reader, const Value& root, const RunConfig& config) {
+  const SampleSpec& samples = config.problem.samples;
+  const Extents& extents = config.problem.extents;
+  if (samples.is_file() || samples.is_image() || !space_traits(samples).is_net) return;
+  bool are_powers = true;
+  for (int axis = 0; axis < extents.num_axes(); ++axis) {
+    const std::string key = "texture.size." + extents.name(axis);
+    const auto size = static_cast<std::uint64_t>(extents.size(axis));
+    const Value* value = find_at(root, key);
+    if (value == nullptr || std::has_single_bit(size)) continue;
+    are_powers = false;
+    reader.fault(*value, key,
+                 fmt::format("must be a power of two with samples \"{}\"; the nearest are {} and {}", samples.space,
+                             std::bit_floor(size), std::bit_ceil(size)));
+  }
+  constexpr std::int64_t most = std::int64_t{1} << 23;
+  const Value* size = find_at(root, "texture.size");
+  if (!are_powers || size == nullptr || extents.num_cells() <= most) return;
+  reader.fault(*size, "texture.size",
+               fmt::format("{} pixels; samples \"{}\" are at most {}, as float tells no more of them apart",
+                           extents.num_cells(), samples.space, most));
 }
 
 void take_initial_parameters(const Owners& owners) {

@@ -104,8 +104,8 @@ std::vector<float> SampleSource::list(SliceIndex slice) const {
   const int dimensions = space.traits().dimensions;
   std::vector<float> list(static_cast<std::size_t>(impl_->cells_per_slice) *
                           static_cast<std::size_t>(space.traits().channels));
-  space.list(
-      impl_->cells_per_slice,
+  space.list_of_slice(
+      impl_->cells_per_slice, slice, impl_->seed,
       [&](std::int64_t id, double* jitter) { draw_jitter(impl_->seed, slice, id, dimensions, jitter); }, list.data());
   return list;
 }

@@ -35,6 +35,7 @@ std::vector<Row> make_rows() {
   rows.emplace_back(hemisphere_cosine_space());
   rows.emplace_back(cone_family());
   rows.emplace_back(disk_space());
+  rows.emplace_back(sobol_family());
   return rows;
 }
 

@@ -27,5 +27,6 @@ SpacePtr sphere_space();
 SpacePtr hemisphere_space();
 SpacePtr hemisphere_cosine_space();
 SpaceFamily cone_family();
+SpaceFamily sobol_family();
 
 }  // namespace noiseloom

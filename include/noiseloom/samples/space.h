@@ -21,6 +21,7 @@
 #include <string_view>
 #include <vector>
 
+#include "noiseloom/core/extents.h"
 #include "noiseloom/samples/spec.h"
 
 namespace noiseloom {
@@ -62,6 +63,7 @@ struct SpaceTraits {
   std::optional<ValueRange> range;  // what every channel lies in; none: unbounded
   Support support = Support::unit_interval;
   bool has_constant_density = true;
+  bool is_net = false;  // sizes of textures must be powers of two, and hold 2^23 pixels at most
   std::vector<SpaceParameter> parameters = {};
   // In the names of published files: "vec2" in NVIDIA's, "vector2_uniform" in those of FAST's authors.
   std::string nvidia_name;
@@ -84,6 +86,12 @@ class SampleSpace {
   virtual void sample(std::int64_t n, std::int64_t id, const double* jitter, float* sample) const = 0;
   // The same for all n strata, interleaved [id][channel], bit for bit.
   virtual void list(std::int64_t n, const JitterOf& jitter, float* samples) const = 0;
+  // What slice `slice` of a texture holds, n strata in the same order: list(), or where the slices are parts of one set
+  // of points (nets), that part, which depends on the texture's seed alone.
+  virtual void list_of_slice(std::int64_t n, SliceIndex /*slice*/, std::uint64_t /*seed*/, const JitterOf& jitter,
+                             float* samples) const {
+    list(n, jitter, samples);
+  }
   // The stratum, of n, that holds a sample.
   virtual std::int64_t invert(std::int64_t n, const float* sample) const = 0;
   // Density of a sample with respect to length, area or solid angle (circle: turns). Positive for every sample that
