@@ -114,14 +114,14 @@ double extrapolated_error(double error_of_quarter, double error, double tried, d
   const double gain = math::log(error_of_quarter / error);
   // The sum of lasting^k for k = 1, 2, ..., quadruplings.
   const double times =
-      lasting < 1 ? lasting * (1 - math::exp(quadruplings * math::log(lasting))) / (1 - lasting) : quadruplings;
+      lasting == 1 ? quadruplings : lasting * (1 - math::exp(quadruplings * math::log(lasting))) / (1 - lasting);
   return error * math::exp(-gain * times);
 }
 
 double lasting_gain(double error_of_sixteenth, double error_of_quarter, double error) {
   const double before = math::log(error_of_sixteenth / error_of_quarter);
   const double last = math::log(error_of_quarter / error);
-  return before > 0 ? std::clamp(last / before, 0.5, 1.0) : 1;
+  return before > 0 ? std::clamp(last / before, 0.5, 1.2) : 1;
 }
 
 Joining joining_of(double expected_ratio) {
