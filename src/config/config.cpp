@@ -71,7 +71,9 @@ std::string to_toml(const RunConfig& config) {
 VacSpec vac_spec(const RunConfig& config) {
   VacSpec spec;
   spec.extents = config.problem.extents;
-  for (const GroupSpec& group : config.problem.filter.groups) spec.groups.push_back({group.axes, group.kernel.sigma});
+  for (const GroupSpec& group : config.problem.filter.groups) {
+    spec.groups.push_back({group.axes, group.kernel.sigma, group.kernel.box_axes, group.kernel.box_size});
+  }
   if (!config.order.bounded.empty()) {
     spec.toroidal.assign(static_cast<std::size_t>(spec.extents.num_axes()), true);
     for (const int axis : config.order.bounded) spec.toroidal[static_cast<std::size_t>(axis)] = false;

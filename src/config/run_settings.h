@@ -13,8 +13,9 @@ namespace noiseloom::settings {
 const FileKind& run_config_kind();
 
 // Types of a run's config (run_settings_types.cpp).
-extern const CustomType size_type;  // texture.size: the axes by name, in the order written
-extern const CustomType axes_type;  // names of axes of texture.size, into a vector<int> of their numbers
+extern const CustomType size_type;       // texture.size: the axes by name, in the order written
+extern const CustomType axes_type;       // names of axes of texture.size, into a vector<int> of their numbers
+extern const CustomType some_axes_type;  // the same; none is not written
 
 // texture.samples (run_settings_samples.cpp): a word, or a table that holds it and what goes with it.
 extern const CustomType samples_type;

@@ -59,6 +59,37 @@ void check_weights(Reader& reader, const Found& found) {
   }
 }
 
+// The box of a group's energy lies along slice axes of the group, and leaves an axis to the Gaussian.
+void check_boxes(Reader& reader, const Found& found) {
+  const std::vector<GroupSpec>& specs = found.owners.get<RunConfig>().problem.filter.groups;
+  const std::vector<std::string> names = axis_names(reader.root());
+  for (std::size_t i = 0; i < specs.size(); ++i) {
+    const Value& group = (*found.value.array())[i];
+    const Value* box = find_at(group, "box");
+    const Value* size = find_at(group, "box_size");
+    const std::string shown = fmt::format("{}[{}].", found.shown, i);
+    if (box == nullptr && size == nullptr) continue;
+    if (box == nullptr || size == nullptr) {
+      reader.fault(box == nullptr ? size->place : box->place,
+                   shown + (box == nullptr ? "box: missing; box_size says how many slices in a row act as one along it"
+                                           : "box_size: missing; how many slices in a row act as one"));
+      continue;
+    }
+    for (const int axis : specs[i].kernel.box_axes) {
+      const std::string name = toml_string(names[static_cast<std::size_t>(axis)]);
+      const bool in_group = std::find(specs[i].axes.begin(), specs[i].axes.end(), axis) != specs[i].axes.end();
+      if (!in_group) {
+        reader.fault(*box, shown + "box", fmt::format("axis {} is none of the group's", name));
+      } else if (axis < 2) {
+        reader.fault(*box, shown + "box", fmt::format("axis {} is no slice axis", name));
+      }
+    }
+    if (!specs[i].axes.empty() && specs[i].kernel.box_axes.size() >= specs[i].axes.size()) {
+      reader.fault(*box, shown + "box", "one axis of the group at least must be left to the Gaussian");
+    }
+  }
+}
+
 // Void and cluster makes one order, of scalars, with the energy of Gaussians of equal weight.
 constexpr std::string_view with = "with method = \"void-and-cluster\" ";
 
@@ -93,6 +124,7 @@ void check_order_group(Reader& reader, const Value& value, const GroupSpec& grou
 }  // namespace
 
 void check_groups(Reader& reader, const Found& found) {
+  check_boxes(reader, found);
   if (!reader.decided("filter.combine")) return;
   const bool product = found.owners.get<RunConfig>().problem.filter.combine == Combine::product;
   product ? check_axes_are_disjoint(reader, found) : check_weights(reader, found);

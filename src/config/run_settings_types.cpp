@@ -192,6 +192,15 @@ std::string axes_text(const Writer& /*writer*/, const Setting& setting, const Ow
   return letters.size() == names.size() ? toml_string(letters) : fmt::format("[{}]", quoted(names));
 }
 
+std::string some_axes_text(const Writer& writer, const Setting& setting, const Owners& owners) {
+  const bool none = std::get<std::vector<int>*>(setting.field(owners))->empty();
+  return none ? "" : axes_text(writer, setting, owners);
+}
+
+std::string axes_accepted(const Setting& /*setting*/) {
+  return "the names of axes: \"xy\", or [\"time\"] where names are longer than a letter";
+}
+
 }  // namespace
 
 std::vector<std::string> axis_names(const Value& root) {
@@ -209,10 +218,8 @@ const CustomType size_type = {
     .read = read_size,
     .text = size_text};
 
-const CustomType axes_type = {.accepted = [](const Setting&) -> std::string {
-                                return "the names of axes: \"xy\", or [\"time\"] where names are longer than a letter";
-                              },
-                              .read = read_axes,
-                              .text = axes_text};
+const CustomType some_axes_type = {.accepted = axes_accepted, .read = read_axes, .text = some_axes_text};
+
+const CustomType axes_type = {.accepted = axes_accepted, .read = read_axes, .text = axes_text};
 
 }  // namespace noiseloom::settings

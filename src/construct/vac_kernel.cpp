@@ -36,6 +36,14 @@ AxisKernel axis_kernel(std::int64_t size, bool toroidal, double sigma) {
   return kernel;
 }
 
+AxisKernel box_kernel(std::int64_t size, bool toroidal, int box) {
+  AxisKernel kernel;
+  kernel.lo = narrow<std::int32_t>(std::min<std::int64_t>(box - 1, toroidal ? (size - 1) / 2 : size - 1));
+  kernel.hi = narrow<std::int32_t>(std::min<std::int64_t>(box - 1, toroidal ? size / 2 : size - 1));
+  kernel.values.assign(static_cast<std::size_t>(kernel.lo + kernel.hi) + 1, 1);
+  return kernel;
+}
+
 struct GroupAxes {
   std::vector<int> axes;  // ascending
   std::vector<AxisKernel> kernels;
@@ -46,7 +54,10 @@ GroupAxes group_axes(const VacSpec& spec, const VacGroup& group) {
   std::sort(result.axes.begin(), result.axes.end());
   for (const int axis : result.axes) {
     const bool toroidal = spec.toroidal.empty() || spec.toroidal[static_cast<std::size_t>(axis)];
-    result.kernels.push_back(axis_kernel(spec.extents.size(axis), toroidal, group.sigma_px));
+    const bool is_box = std::find(group.box_axes.begin(), group.box_axes.end(), axis) != group.box_axes.end();
+    const std::int64_t size = spec.extents.size(axis);
+    result.kernels.push_back(is_box ? box_kernel(size, toroidal, group.box_size)
+                                    : axis_kernel(size, toroidal, group.sigma_px));
   }
   return result;
 }

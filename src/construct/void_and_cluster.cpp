@@ -32,6 +32,14 @@ void check_vac_spec(const VacSpec& spec) {
         fault(name + ".axes: axis " + std::to_string(axis) + " occurs more than once");
       }
     }
+    for (const int axis : group.box_axes) {
+      if (std::find(group.axes.begin(), group.axes.end(), axis) == group.axes.end()) {
+        fault(name + ".box: axis " + std::to_string(axis) + " is none of the group's");
+      }
+    }
+    if (!group.box_axes.empty() && group.box_size < 1) {
+      fault(name + ".box_size = " + std::to_string(group.box_size) + ": must be at least 1");
+    }
     if (!(group.sigma_px > 0 && group.sigma_px <= 1000)) {
       fault(name + ".sigma = " + std::to_string(group.sigma_px) + ": must be above 0 and at most 1000 pixels");
     }

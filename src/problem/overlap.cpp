@@ -76,13 +76,19 @@ std::vector<double> gauss_energy_ring(double sigma, std::int64_t size) {
   return ring;
 }
 
+// 1 for the offsets below `box` around a ring, d from 0 to half of it.
+std::vector<double> box_energy_ring(int box, std::int64_t size) {
+  return std::vector<double>(static_cast<std::size_t>(std::min<std::int64_t>(box - 1, size / 2)) + 1, 1);
+}
+
 // The cut is on the product, so it is round; partial products that cannot reach it any more are dropped on the way.
 Overlap gauss_energy_overlap(const Extents& extents, const GroupSpec& group) {
   Overlap result;
   std::vector<Overlap> factors;
   std::vector<double> largest;
   for (const int axis : group.axes) {
-    const auto ring = gauss_energy_ring(group.kernel.sigma, extents.size(axis));
+    const auto ring = group.is_box_along(axis) ? box_energy_ring(group.kernel.box_size, extents.size(axis))
+                                               : gauss_energy_ring(group.kernel.sigma, extents.size(axis));
     factors.push_back(axis_overlap(extents, axis, ring));
     largest.push_back(*std::max_element(ring.begin(), ring.end()));
   }

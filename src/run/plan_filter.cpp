@@ -52,6 +52,12 @@ double ball_share(std::size_t axes) {
   return std::pow(pi, n / 2) / std::tgamma(n / 2 + 1) / std::pow(2, n);
 }
 
+// The axes over which the kernel of a group is round.
+std::size_t round_axes(const GroupSpec& group, const std::vector<int>& axes) {
+  return static_cast<std::size_t>(
+      std::count_if(axes.begin(), axes.end(), [&](int axis) { return !group.is_box_along(axis); }));
+}
+
 double taps_of_group(const Extents& extents, const GroupSpec& group) {
   double taps = 1;
   if (is_array(group)) {
@@ -60,7 +66,7 @@ double taps_of_group(const Extents& extents, const GroupSpec& group) {
     return taps;
   }
   for (const int axis : group.axes) taps *= along_axis(extents, group, axis).taps;
-  if (group.kernel.kind == KernelKind::gauss_energy) taps *= ball_share(group.axes.size());
+  if (group.kernel.kind == KernelKind::gauss_energy) taps *= ball_share(round_axes(group, group.axes));
   return std::max(1.0, taps);
 }
 
@@ -148,8 +154,10 @@ FilterOutline separated(const Extents& extents, const FilterSpec& filter, double
         pairs_above(relative_weights(Footprint(extents, plane_spec)), relative_weights(slices), cutoff));
   }
   for (const GroupSpec& group : filter.groups) {
-    const auto in_plane = static_cast<std::size_t>(std::count_if(group.axes.begin(), group.axes.end(), is_plane));
-    const std::size_t along = group.axes.size() - in_plane;
+    std::vector<int> plane_axes;
+    std::copy_if(group.axes.begin(), group.axes.end(), std::back_inserter(plane_axes), is_plane);
+    const std::size_t in_plane = round_axes(group, plane_axes);
+    const std::size_t along = round_axes(group, group.axes) - in_plane;
     if (group.kernel.kind != KernelKind::gauss_energy || filter.combine == Combine::sum || in_plane * along == 0) {
       continue;
     }
@@ -189,7 +197,7 @@ double estimated_taps(const Extents& extents, const FilterSpec& filter) {
       taps *= taps_of_group(extents, group);
       continue;
     }
-    if (group.kernel.kind == KernelKind::gauss_energy) taps *= ball_share(group.axes.size());
+    if (group.kernel.kind == KernelKind::gauss_energy) taps *= ball_share(round_axes(group, group.axes));
     for (const int axis : group.axes) {
       double& least = fewest[static_cast<std::size_t>(axis)];
       const double along = along_axis(extents, group, axis).taps;

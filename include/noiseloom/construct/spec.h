@@ -45,6 +45,8 @@ struct ConstructSpec {
 struct VacGroup {
   std::vector<int> axes;  // indices into Extents, each once
   double sigma_px = 1.9;
+  std::vector<int> box_axes = {};  // those of `axes` along which the kernel is a box
+  int box_size = 0;
 };
 
 struct VacSpec {

@@ -1,5 +1,5 @@
-// How alike the values of a slice are to those some pixels away ([STBN22s], figure 10), and so how far apart reads of one
-// texture must lie to act as reads of several.
+// How alike the values of a slice are to those some pixels away ([STBN22s], figure 10), and so how far apart reads of
+// one texture must lie to act as reads of several.
 //
 //   A(d) = sum over pixels and channels of (s(p) - mean) (s(p + d) - mean), over the same at d = 0
 //

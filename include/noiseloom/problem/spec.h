@@ -2,6 +2,7 @@
 // a pixel holds stands in samples/spec.h.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -15,8 +16,12 @@ enum class KernelKind { box, gauss, binomial, ema, table, gauss_energy };
 
 struct KernelSpec {
   KernelKind kind = KernelKind::box;
-  int size = 3;            // box: taps per axis
-  double sigma = 1.0;      // gauss, gauss_energy: pixels
+  int size = 3;        // box: taps per axis
+  double sigma = 1.0;  // gauss, gauss_energy: pixels
+  // gauss_energy: along these axes of the group, indices into Extents, all offsets below box_size count in full and no
+  // others, whatever sigma is.
+  std::vector<int> box_axes;
+  int box_size = 0;
   int n = 2;               // binomial: n + 1 taps per axis
   double alpha = 0.1;      // ema: weight of the current frame, (0, 1]
   double rejection = 0.1;  // ema: probability beta that the history is rejected, [0, 1]
@@ -28,6 +33,10 @@ struct GroupSpec {
   std::vector<int> axes;  // indices into Extents, in the order written
   KernelSpec kernel;
   double weight = 0;  // sum: given or equal, adding up to 1; product: unused
+
+  bool is_box_along(int axis) const {
+    return std::find(kernel.box_axes.begin(), kernel.box_axes.end(), axis) != kernel.box_axes.end();
+  }
 };
 
 enum class Combine { product, sum };

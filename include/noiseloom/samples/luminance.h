@@ -10,9 +10,9 @@
 namespace noiseloom {
 
 // Of an image that a spec names: a .npy of shape [height, width] or [height, width, channels], or what decode_image()
-// reads; float [height, width]. Three channels are red, green and blue of ITU-R BT.709 (0.2126, 0.7152, 0.0722), a fourth
-// and that behind a single one is alpha and left out; sRGB codes (IEC 61966-2-1) are decoded first. Throws UserError for
-// another shape, and as reading does.
+// reads; float [height, width]. Three channels are red, green and blue of ITU-R BT.709 (0.2126, 0.7152, 0.0722), a
+// fourth and that behind a single one is alpha and left out; sRGB codes (IEC 61966-2-1) are decoded first. Throws
+// UserError for another shape, and as reading does.
 InputArrayPtr read_luminance(const SampleSpec& spec);
 
 // Rows and columns that an image may have.
