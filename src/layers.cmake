@@ -33,7 +33,7 @@ set(noiseloom_library_xxhash PkgConfig::xxhash)
 set(noiseloom_library_mpi MPI::MPI_CXX)
 set(noiseloom_library_highway PkgConfig::highway)
 set(noiseloom_library_toml)
-set(noiseloom_library_oiio PkgConfig::oiio)
+set(noiseloom_library_oiio ${CMAKE_DL_LIBS})  # a module links it, which is opened when it is needed
 set(noiseloom_library_fftw PkgConfig::fftw)
 
 function(noiseloom_layer name uses libraries)
