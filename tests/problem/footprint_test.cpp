@@ -275,7 +275,7 @@ TEST(Footprint, TableDimensionsAreInFileOrder) {
 
 // The order of the sum decides its last bits, and with them every texture.
 TEST(Footprint, SumsOfProductsOfTapsAreInAscendingOrder) {
-  for (const std::size_t n : {1, 2, 3, 7, 8, 9, 16, 37, 100}) {
+  for (const std::size_t n : {1U, 2U, 3U, 7U, 8U, 9U, 16U, 37U, 100U}) {
     std::vector<double> varied(n);
     for (std::size_t i = 0; i < n; ++i) varied[i] = 0.1 + std::sin(static_cast<double>(i * i));
     for (const std::vector<double>& taps : {varied, std::vector<double>(n, 1 / static_cast<double>(3 * n))}) {
