@@ -97,6 +97,7 @@ class Descent {
 
  private:
   bool to_key(const std::string& written, bool index_follows) {
+    spell_out_shorthand();
     Table* table = value_->table();
     if (table == nullptr) {
       fault = shortened(to_text(*value_), 60) + " has no key " + written;
@@ -113,6 +114,15 @@ class Descent {
       if (index_follows) value_->data = Array{};
     }
     return true;
+  }
+
+  void spell_out_shorthand() {
+    if (value_->text() == nullptr || !kind_.has_row(pattern_)) return;
+    const CustomType* const custom = kind_.row(pattern_).custom;
+    if (custom == nullptr || custom->shorthand.empty()) return;
+    const Place place = value_->place;
+    Entry entry{.key = std::string(custom->shorthand), .place = place, .value = std::move(*value_)};
+    *value_ = {.data = Table{std::move(entry)}, .place = place};
   }
 
   bool to_element(std::size_t index) {

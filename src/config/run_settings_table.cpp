@@ -2,17 +2,9 @@
 #include <vector>
 
 #include "config/run_settings.h"
-#include "noiseloom/samples/space.h"
 
 namespace noiseloom::settings {
 namespace {
-
-constexpr Word distance_table[] = {
-    {"absolute", "|a - b| (one channel)", "abs scalar"},
-    {"circle", "around a circle of circumference 1 (one channel)", "toroidal wrap"},
-    {"euclidean", "length of the difference", "l2 length"},
-    {"angle", "angle between unit vectors (two to four channels)", "sphere angular"},
-};
 
 constexpr Word combine_table[] = {
     {"product", "one filter over all axes: what a denoiser does that blurs in space and accumulates over time",
@@ -43,9 +35,10 @@ constexpr Word method_table[] = {
     {"fast", "the published algorithm of filter-adapted sampling, for comparison", "paper ea"},
     {"void-and-cluster", "pixels turned on one by one, each in the largest void: scalar blue noise masks",
      "vc vnc void-cluster voidandcluster void_and_cluster ulichney"},
-    {"construct", "scalars placed one by one, each slice for itself, in the largest void that the filter sees",
+    {"construct",
+     "scalars and circles placed one by one, each slice for itself, in the largest void that the filter sees",
      "construction constructive greedy"},
-    {"auto", "construct for scalars that are compared by their difference, anneal for all others", "automatic best"},
+    {"auto", "construct for scalars and circles, anneal for all others", "automatic best"},
 };
 
 constexpr Word precision_table[] = {
@@ -74,8 +67,8 @@ void fit_defaults(const Owners& owners) {
   kernel = default_kernel(kernel.kind);
 }
 
-std::span<const Setting> all() {
-  static const Setting table[] = {
+std::vector<Setting> rows() {
+  return {
       {.key = "texture", .type = Type::table, .sentence = "What is made.", .required = true},
       {.key = "texture.size",
        .type = Type::custom,
@@ -86,26 +79,6 @@ std::span<const Setting> all() {
        .unit = "pixels, slices",
        .required = true,
        .custom = &size_type},
-      {.key = "texture.samples",
-       .type = Type::custom,
-       .sentence =
-           "The values that every slice holds, one from each of as many equal strata as it has pixels; or { file, "
-           "distance } for your own.",
-       .words = sample_words(),
-       .custom = &samples_type},
-      {.key = "texture.samples.file",
-       .type = Type::file,
-       .sentence =
-           "A .npy of shape [n] or [n, channels] for all slices, or with the number of slices in front; n pixels "
-           "in a slice; or of the texture's own shape, [slice axes..., y, x] or with the channels last. Read when a "
-           "run begins, and kept in its run file.",
-       .field = [](RunConfig& c) -> Field { return &c.problem.samples.file; },
-       .required = true},
-      {.key = "texture.samples.distance",
-       .type = Type::word,
-       .sentence = "How samples from a file are compared.",
-       .field = [](RunConfig& c) -> Field { return &c.problem.samples.distance; },
-       .words = distance_table},
       {.key = "texture.seed",
        .type = Type::integer,
        .sentence = "Another seed gives another texture of the same quality; the same seed gives the same bytes.",
@@ -222,9 +195,10 @@ std::span<const Setting> all() {
       {.key = "optimizer", .type = Type::table, .sentence = "How it is made, and for how long."},
       {.key = "optimizer.method",
        .type = Type::word,
-       .sentence = "The algorithm. void-and-cluster needs samples \"uniform\" and gauss-energy kernels, and combine "
-                   "\"sum\" where there are several groups; construct needs samples of one channel that are not on a "
-                   "circle, and anneals what it has made where there is a stop rule.",
+       .sentence =
+           "The algorithm. void-and-cluster needs samples \"uniform\" and gauss-energy kernels, and combine "
+           "\"sum\" where there are several groups; construct needs samples of one channel, and anneals what it "
+           "has made where there is a stop rule.",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.method; },
        .words = method_table},
       {.key = "optimizer.stop",
@@ -338,7 +312,8 @@ std::span<const Setting> all() {
        .when = with_method("void-and-cluster")},
       {.key = "optimizer.density",
        .type = Type::number,
-       .sentence = "Share of the pixels of a slice in the pattern that construction starts from.",
+       .sentence =
+           "Share of the pixels of a slice in the pattern that construction starts from (on a circle it is half).",
        .field = [](RunConfig& c) -> Field { return &c.construct.density; },
        .range = at_least(0, 0.5),
        .when = with_construction},
@@ -370,6 +345,10 @@ std::span<const Setting> all() {
        .words = equalize_table,
        .when = with_method("void-and-cluster")},
   };
+}
+
+std::span<const Setting> all() {
+  static const std::vector<Setting> table = with_rows_of_samples(rows());
   return table;
 }
 
@@ -381,18 +360,6 @@ const FileKind& run_config_kind() {
                                                      .check = check_method,
                                                      .override_example = "texture.seed=2 or filter.groups[0].size=3"});
   return kind;
-}
-
-std::span<const Word> sample_words() {
-  static const std::vector<Word> words = [] {
-    std::vector<Word> all_spaces;
-    for (const SampleSpace* space : sample_spaces()) {
-      const SpaceTraits& traits = space->traits();
-      all_spaces.push_back({traits.name, traits.meaning, traits.aliases});
-    }
-    return all_spaces;
-  }();
-  return words;
 }
 
 KernelSpec default_kernel(KernelKind kind) {

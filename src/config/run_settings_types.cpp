@@ -1,4 +1,4 @@
-// The settings of a run that are more than one value: the sizes of the axes, the samples, the axes of a group.
+// The settings of a run that are more than one value: the sizes of the axes, the axes of a group.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -101,32 +101,6 @@ std::string size_text(const Writer& /*writer*/, const Setting& /*setting*/, cons
     text += fmt::format("{}{} = {}", axis == 0 ? "{ " : ", ", extents.name(axis), extents.size(axis));
   }
   return text.empty() ? text : text + " }";
-}
-
-// texture.samples
-
-void read_samples(Reader& reader, const Found& found) {
-  SampleSpec& samples = found.owners.get<RunConfig>().problem.samples;
-  if (const Table* table = found.value.table()) {
-    if (const Value* image = find(*table, "image")) {
-      return reader.fault(*image, found.shown + ".image", "planned, but this version does not have it");
-    }
-    samples.space = "file";
-    return reader.read_table(found.value, found.setting.key, found.shown, found.owners);
-  }
-  const std::string* text = found.value.text();
-  if (text == nullptr) return reader.fault(found.value, found.shown, "must be " + found.setting.accepted());
-  const auto words = found.setting.words;
-  const auto word = std::find_if(words.begin(), words.end(), [&](const Word& w) { return w.word == *text; });
-  if (word == words.end()) return reader.fault(found.value, found.shown, unknown_word(*text, found.setting));
-  samples = {};
-  samples.space = *text;
-}
-
-std::string samples_text(const Writer& writer, const Setting& setting, const Owners& owners) {
-  const SampleSpec& samples = owners.get<RunConfig>().problem.samples;
-  if (samples.is_file()) return writer.inline_table(setting.key, owners);
-  return toml_string(samples.space);
 }
 
 // Axes of a group, and those that are bounded
@@ -234,12 +208,6 @@ const CustomType size_type = {
     .accepted = [](const Setting&) -> std::string { return "a table such as { x = 128, y = 128, t = 32 }"; },
     .read = read_size,
     .text = size_text};
-
-const CustomType samples_type = {
-    .accepted = [](const Setting& s) { return "one of " + list_of(s.words) + "; or { file = \"mine.npy\" }"; },
-    .read = read_samples,
-    .text = samples_text,
-    .help = "one of the words below, or a table"};
 
 const CustomType axes_type = {.accepted = [](const Setting&) -> std::string {
                                 return "the names of axes: \"xy\", or [\"time\"] where names are longer than a letter";

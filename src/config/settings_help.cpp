@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <sstream>
 #include <vector>
@@ -53,9 +54,20 @@ std::string default_text(const FileKind& kind, const Setting& setting) {
   return says_nothing ? "" : text;
 }
 
+// The key of the row above that lists the same words; empty if there is none.
+std::string_view lister_of_words(const FileKind& kind, const Setting& setting) {
+  const auto found = std::find_if(kind.settings.begin(), kind.settings.end(), [&](const Setting& s) {
+    return &s == &setting || (!s.words.empty() && s.words.data() == setting.words.data());
+  });
+  return &*found == &setting ? std::string_view{} : found->key;
+}
+
 std::string described(const FileKind& kind, const Setting& setting) {
   const bool in_words = setting.type == Type::word && !setting.list;
-  std::string facts = in_words ? "one of the words below" : setting.accepted();
+  const std::string_view lister = lister_of_words(kind, setting);
+  std::string facts = !in_words        ? setting.accepted()
+                      : lister.empty() ? "one of the words below"
+                                       : fmt::format("one of the words of {}", lister);
   if (setting.custom != nullptr && !setting.custom->help.empty()) facts = setting.custom->help;
   if (!setting.unit.empty()) facts += fmt::format("; {}", setting.unit);
   if (setting.required) facts += "; required";
@@ -64,6 +76,7 @@ std::string described(const FileKind& kind, const Setting& setting) {
     facts += fmt::format("; with {} = {}", kind.row(setting.when.key).leaf(), setting.when.to_string());
   }
   std::string text = fmt::format("  {}\n", setting.key) + wrapped(facts, 6) + wrapped(setting.sentence, 6);
+  if (!lister.empty()) return text;
   for (const Word& word : setting.words) text += fmt::format("        {:<18} {}\n", word.word, word.meaning);
   return text;
 }

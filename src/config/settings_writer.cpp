@@ -60,10 +60,10 @@ std::string Writer::lines(std::string_view pattern, const Owners& owners) const 
   return result;
 }
 
-std::string Writer::inline_table(std::string_view pattern, const Owners& owners) const {
+std::string Writer::inline_table(std::string_view pattern, const Owners& owners, std::string_view without) const {
   std::string result;
   for (const Setting* setting : kind_.below(pattern)) {
-    if (!kind_.applies(*setting, owners)) continue;
+    if (setting->leaf() == without || !kind_.applies(*setting, owners)) continue;
     const std::string value = value_text(*setting, owners);
     if (!value.empty())
       result += fmt::format("{}{} = {}", result.empty() ? "{ " : ", ", toml_key(setting->leaf()), value);
@@ -109,6 +109,7 @@ std::string Writer::scalar_text(const Setting& setting, const Field& field) cons
     if constexpr (std::is_same_v<T, bool>) return value ? "true" : "false";
     if constexpr (std::is_integral_v<T>) return std::to_string(value);
     if constexpr (std::is_same_v<T, double>) {
+      if (setting.type == Type::integer) return fmt::format("{}", value);
       return setting.type == Type::duration ? stored_duration(value) : number_text(value);
     }
     return "";

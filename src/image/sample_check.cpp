@@ -30,7 +30,7 @@ Rule rule_of(const SampleSpec& samples) {
     rule.unit_interval = samples.distance == DistanceKind::circle;
     rule.unit_length = samples.distance == DistanceKind::angle;
   } else {
-    const Support support = sample_space(samples).traits().support;
+    const Support support = space_traits(samples).support;
     rule.unit_interval = support == Support::unit_interval;
     rule.upper_half = support == Support::upper_unit_vectors;
     rule.unit_length = rule.upper_half || support == Support::unit_vectors;

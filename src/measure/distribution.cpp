@@ -85,7 +85,7 @@ Deviation largest_deviation(const Texture& texture, int channel, const SampleSpa
 
 std::string distribution_warning(const Texture& texture, const SampleSpec& samples) {
   if (samples.is_file()) return "";
-  const SampleSpace& space = sample_space(samples);
+  const std::shared_ptr<const SampleSpace> space = space_of(samples);
   const double n = static_cast<double>(texture.extents.num_cells());
   const double bound = std::sqrt(std::log(2 * texture.channels / odds) / (2 * n));
   for (int c = 0; c < texture.channels; ++c) {
@@ -93,7 +93,7 @@ std::string distribution_warning(const Texture& texture, const SampleSpec& sampl
     const bool coded_gauss = samples.space == "gauss" && moments.least >= 0 && moments.largest <= 1;
     const bool rescale = coded_gauss && moments.deviation > 0;
     const Deviation worst =
-        largest_deviation(texture, c, space, rescale ? moments.mean : 0, rescale ? moments.deviation : 1);
+        largest_deviation(texture, c, *space, rescale ? moments.mean : 0, rescale ? moments.deviation : 1);
     if (worst.distance <= bound) continue;
     return fmt::format(
         "the values{} are not distributed as samples \"{}\" are: {:.3g} of them lie below {:.3g}, where {:.3g} belong; "

@@ -1,6 +1,9 @@
 // Spaces that a measure-preserving map takes from a box: strata are those of the box (strata.h).
 #pragma once
 
+#include <functional>
+#include <utility>
+
 #include "noiseloom/samples/space.h"
 #include "samples/strata.h"
 
@@ -10,13 +13,13 @@ namespace noiseloom {
 struct BoxMap {
   Box domain;
   // u in the domain -> sample, in double.
-  void (*to_sample)(int channels, const double* u, double* sample);
+  std::function<void(int channels, const double* u, double* sample)> to_sample;
   // The inverse, from a sample as it is stored.
-  void (*to_domain)(int channels, const float* sample, double* u);
+  std::function<void(int channels, const float* sample, double* u)> to_domain;
   // What the space promises of a stored sample, whatever rounding did.
-  bool (*contains)(const float* sample);
-  double (*density)(const float* sample);
-  double (*share_below)(int channel, double value);
+  std::function<bool(const float* sample)> contains;
+  std::function<double(const float* sample)> density;
+  std::function<double(int channel, double value)> share_below;
 };
 
 // The box [0, 1)^dimensions.
@@ -25,7 +28,7 @@ Box unit_box(int dimensions);
 class MappedSpace : public SampleSpace {
  public:
   // dimensions of the traits are those of the domain.
-  MappedSpace(SpaceTraits traits, BoxMap map) : SampleSpace(std::move(traits)), map_(map) {}
+  MappedSpace(SpaceTraits traits, BoxMap map) : SampleSpace(std::move(traits)), map_(std::move(map)) {}
 
   void sample(std::int64_t n, std::int64_t id, const double* jitter, float* sample) const override;
   void list(std::int64_t n, const JitterOf& jitter, float* samples) const override;

@@ -35,9 +35,9 @@ std::uint32_t below(std::uint32_t hi, std::uint32_t lo, std::uint64_t bound) {
 
 }  // namespace
 
-int num_channels(const SampleSpec& spec) {
-  return spec.is_file() ? spec.channels : sample_space(spec).traits().channels;
-}
+bool has_pdf(const SampleSpec& spec) { return !spec.is_file() && !space_traits(spec).has_constant_density; }
+
+int num_channels(const SampleSpec& spec) { return spec.is_file() ? spec.channels : space_traits(spec).channels; }
 
 int num_channels(const SampleSpec& spec, std::int64_t cells_per_slice, SliceIndex num_slices) {
   if (!spec.is_file()) return num_channels(spec);
@@ -46,7 +46,7 @@ int num_channels(const SampleSpec& spec, std::int64_t cells_per_slice, SliceInde
 }
 
 DistanceKind distance_kind(const SampleSpec& spec, int channels) {
-  if (!spec.is_file()) return sample_space(spec).traits().distance;
+  if (!spec.is_file()) return space_traits(spec).distance;
   return spec.distance == DistanceKind::euclidean && channels == 1 ? DistanceKind::absolute : spec.distance;
 }
 
@@ -69,18 +69,21 @@ struct SampleSource::Impl {
   std::int64_t cells_per_slice;
   SliceIndex num_slices;
   std::uint64_t seed;
+  std::shared_ptr<const SampleSpace> space;  // null for a file
   std::optional<SampleFile> file;
 };
 
 SampleSource::SampleSource(const SampleSpec& spec, std::int64_t cells_per_slice, SliceIndex num_slices,
                            std::uint64_t seed)
-    : impl_(std::make_unique<Impl>(Impl{spec, cells_per_slice, num_slices, seed, {}})) {
+    : impl_(std::make_unique<Impl>(Impl{spec, cells_per_slice, num_slices, seed, {}, {}})) {
   NOISELOOM_CHECK_LE(1, cells_per_slice);
   NOISELOOM_CHECK_LE(1, num_slices);
   if (spec.is_file()) {
     const InputArrayPtr array = spec.array ? spec.array : read_float_array(spec.file);
     impl_->file.emplace(array, spec.file, spec.distance, cells_per_slice, num_slices);
     impl_->spec.channels = impl_->file->channels();
+  } else {
+    impl_->space = space_of(spec);
   }
 }
 
@@ -97,21 +100,19 @@ SliceIndex SampleSource::num_slices() const { return impl_->num_slices; }
 std::vector<float> SampleSource::list(SliceIndex slice) const {
   NOISELOOM_CHECK(slice >= 0 && slice < impl_->num_slices);
   if (impl_->file) return impl_->file->list(slice);
-  const SampleSpace& space = sample_space(impl_->spec);
+  const SampleSpace& space = *impl_->space;
   const int dimensions = space.traits().dimensions;
   std::vector<float> list(static_cast<std::size_t>(impl_->cells_per_slice) *
                           static_cast<std::size_t>(space.traits().channels));
-  space.list(
-      impl_->cells_per_slice,
+  space.list_of_slice(
+      impl_->cells_per_slice, slice, impl_->seed,
       [&](std::int64_t id, double* jitter) { draw_jitter(impl_->seed, slice, id, dimensions, jitter); }, list.data());
   return list;
 }
 
-bool SampleSource::has_pdf() const {
-  return !impl_->spec.is_file() && !sample_space(impl_->spec).traits().has_constant_density;
-}
+bool SampleSource::has_pdf() const { return impl_->space && !impl_->space->traits().has_constant_density; }
 
-double SampleSource::pdf(const float* sample) const { return sample_space(impl_->spec).density(sample); }
+double SampleSource::pdf(const float* sample) const { return impl_->space->density(sample); }
 
 std::vector<std::uint32_t> start_permutation(std::uint64_t seed, SliceIndex slice, std::int64_t cells_per_slice) {
   NOISELOOM_CHECK(cells_per_slice >= 1 && cells_per_slice <= std::int64_t{1} << 32);

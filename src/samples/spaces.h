@@ -2,12 +2,20 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "noiseloom/samples/space.h"
 
 namespace noiseloom {
 
 using SpacePtr = std::unique_ptr<const SampleSpace>;
+
+// A space with parameters.
+struct SpaceFamily {
+  SpaceTraits traits;
+  // The space of these values, in the order of traits.parameters and within their bounds.
+  SpacePtr (*make)(const SpaceTraits& traits, const std::vector<double>& values);
+};
 
 SpacePtr uniform_space();
 SpacePtr circle_space();
@@ -18,5 +26,7 @@ SpacePtr disk_space();
 SpacePtr sphere_space();
 SpacePtr hemisphere_space();
 SpacePtr hemisphere_cosine_space();
+SpaceFamily cone_family();
+SpaceFamily sobol_family();
 
 }  // namespace noiseloom

@@ -185,10 +185,14 @@ TEST(ConfigFaults, NameKeysOfOtherKernelsAndMethods) {
   });
 }
 
-TEST(ConfigFaults, SayWhatIsPlanned) {
+TEST(ConfigFaults, OfImages) {
   expect_messages({
       {&ConfigText::samples, "samples = { image = \"sky.exr\" }",
-       "run.toml:3: texture.samples.image = \"sky.exr\": planned, but this version does not have it"},
+       "run.toml:3: texture.samples.image = \"sky.exr\": no such file"},
+      {&ConfigText::samples, "samples = \"image\"",
+       "run.toml:3: texture.samples.image: missing; must be the name of a file"},
+      {&ConfigText::samples, "samples = { space = \"uniform\", onto = \"sphere\" }",
+       "run.toml:3: texture.samples.onto = \"sphere\": applies only with space = \"image\"; here it is \"uniform\""},
   });
 }
 
@@ -383,7 +387,9 @@ TEST(ConfigFaults, NameTheOverrideThatIsWrong) {
               ElementsAre("--set filter.groups[3].size=3: the list has 2 elements, counted from 0"));
   EXPECT_THAT(fault("texture.seed[0]=3"), ElementsAre("--set texture.seed[0]=3: not a list"));
   EXPECT_THAT(fault("texture.samples.file=3"),
-              ElementsAre("--set texture.samples.file=3: \"uniform\" has no key file"));
+              ElementsAre("--set texture.samples.file=3: texture.samples.file = 3: applies only with space = \"file\"; "
+                          "here it is \"uniform\""));
+  EXPECT_THAT(fault("texture.seed.low=3"), ElementsAre("--set texture.seed.low=3: 1 has no key low"));
   EXPECT_THAT(fault("texture.size={ x = 1"), ElementsAre(StartsWith("--set texture.size={ x = 1: not valid TOML: ")));
   EXPECT_THAT(fault("texture.seed=1\ncutoff=2"),
               ElementsAre(StartsWith("--set texture.seed=1\ncutoff=2: more than one value")));

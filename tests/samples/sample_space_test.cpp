@@ -22,6 +22,7 @@ SampleSpec space(const std::string& name) {
   return spec;
 }
 
+// Those without parameters; closed_form_test.cpp has the others.
 std::vector<SampleSpec> all_spaces() {
   std::vector<SampleSpec> specs;
   for (const char* const kind :

@@ -184,6 +184,9 @@ struct CustomType {
   // TOML on one line; empty if there is nothing to say.
   std::string (*text)(const Writer&, const Setting&, const Owners&);
   std::string_view help = {};  // in place of `accepted` in the help, where the words are listed below it
+  // The key of a table that a text stands for when it is written in place of the table: with --set further keys can be
+  // put beside it.
+  std::string_view shorthand = {};
 };
 
 struct Setting {

@@ -19,9 +19,9 @@ class Writer {
   // The whole file: keys of the top level, then one section for each table.
   std::string text(const Owners& owners) const;
 
-  // For custom types: `{ file = "mine.npy", distance = "euclidean" }` of the rows below `pattern`; empty if there is
-  // nothing to say.
-  std::string inline_table(std::string_view pattern, const Owners& owners) const;
+  // For custom types: `{ file = "mine.npy", distance = "euclidean" }` of the rows below `pattern`, save the one that
+  // ends in `without`; empty if there is nothing to say.
+  std::string inline_table(std::string_view pattern, const Owners& owners, std::string_view without = {}) const;
   // One value as TOML; empty if there is nothing to say.
   std::string value_text(const Setting& setting, const Owners& owners) const;
 

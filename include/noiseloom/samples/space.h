@@ -2,7 +2,8 @@
 //
 // The built-in spaces are the rows of one table (src/samples/spaces.cpp), and each stands in a file of its own
 // (src/samples/space_*.cpp). To add a space, write its file and its row: configs, help, names of published files,
-// exports and the score find it there.
+// exports and the score find it there. A space may have parameters, such as the angle of a cone: what they are called
+// and what they may be stands in its traits, and a config gives them beside its name.
 //
 // Samples are stratified: the measure is cut into n equal parts, and each part gives one sample. Strata are numbered
 // along an order in which near numbers lie near each other in the space (for scalars: ascending values), as the
@@ -13,11 +14,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "noiseloom/core/extents.h"
 #include "noiseloom/samples/spec.h"
 
 namespace noiseloom {
@@ -38,6 +42,17 @@ enum class Support {
   upper_unit_vectors
 };  // unit_interval: of every channel
 
+// A number that the space depends on. A config gives it by its name: { space = "cone", angle = 30 }.
+struct SpaceParameter {
+  std::string name;
+  std::string meaning;  // for the help: a sentence
+  double initial = 0;   // where a config does not say
+  double least = 0;
+  double most = 1;
+  bool whole = false;     // an integer
+  std::string unit = {};  // for the help
+};
+
 struct SpaceTraits {
   std::string name;     // as a config spells it
   std::string meaning;  // for the help: what a sample is
@@ -48,6 +63,8 @@ struct SpaceTraits {
   std::optional<ValueRange> range;  // what every channel lies in; none: unbounded
   Support support = Support::unit_interval;
   bool has_constant_density = true;
+  bool is_net = false;  // sizes of textures must be powers of two, and hold 2^23 pixels at most
+  std::vector<SpaceParameter> parameters = {};
   // In the names of published files: "vec2" in NVIDIA's, "vector2_uniform" in those of FAST's authors.
   std::string nvidia_name;
   std::string ea_name;
@@ -69,6 +86,12 @@ class SampleSpace {
   virtual void sample(std::int64_t n, std::int64_t id, const double* jitter, float* sample) const = 0;
   // The same for all n strata, interleaved [id][channel], bit for bit.
   virtual void list(std::int64_t n, const JitterOf& jitter, float* samples) const = 0;
+  // What slice `slice` of a texture holds, n strata in the same order: list(), or where the slices are parts of one set
+  // of points (nets), that part, which depends on the texture's seed alone.
+  virtual void list_of_slice(std::int64_t n, SliceIndex /*slice*/, std::uint64_t /*seed*/, const JitterOf& jitter,
+                             float* samples) const {
+    list(n, jitter, samples);
+  }
   // The stratum, of n, that holds a sample.
   virtual std::int64_t invert(std::int64_t n, const float* sample) const = 0;
   // Density of a sample with respect to length, area or solid angle (circle: turns). Positive for every sample that
@@ -81,11 +104,19 @@ class SampleSpace {
   SpaceTraits traits_;
 };
 
-// All built-in spaces, in the order of the help.
+// All built-in spaces, in the order of the help, with their initial parameters.
 std::span<const SampleSpace* const> sample_spaces();
 // The built-in space of that name; null where there is none.
 const SampleSpace* find_sample_space(std::string_view name);
-// The space of a spec. Requires that it names one, and no file.
+// The space of a spec, which stays until the program ends. Requires that it names one, and no file, and that it has no
+// parameters or as many as the space.
 const SampleSpace& sample_space(const SampleSpec& spec);
+// The same, or that of an image: then it is made, from spec.array or else from the file, unless one of the same array
+// is in use. Throws UserError where the image is no density.
+std::shared_ptr<const SampleSpace> space_of(const SampleSpec& spec);
+// What is known of either without the image.
+SpaceTraits space_traits(const SampleSpec& spec);
+// What the parameters of a space are where a config does not say.
+std::vector<double> initial_parameters(const SpaceTraits& traits);
 
 }  // namespace noiseloom
