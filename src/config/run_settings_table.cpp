@@ -172,14 +172,15 @@ std::vector<Setting> rows() {
        .when = with_kernel("gauss-energy")},
       {.key = "filter.groups[].box",
        .type = Type::custom,
-       .sentence = "Slice axes of the group along which the energy is no Gaussian but a box: slices less than box_size "
-                   "apart count in full, so that the union of so many in a row is blue.",
+       .sentence =
+           "Slice axes of the group along which the energy is not that of a Gaussian, but of the sum of box_size "
+           "slices in a row: their union is blue and, with void-and-cluster, they share no pixel.",
        .field = [](GroupSpec& g) -> Field { return &g.kernel.box_axes; },
        .when = with_kernel("gauss-energy"),
        .custom = &some_axes_type},
       {.key = "filter.groups[].box_size",
        .type = Type::integer,
-       .sentence = "How many slices in a row act as one along the axes of `box`; as many as the axis has: all of them.",
+       .sentence = "How many slices in a row make such a sum; as many as the axis has: all of them.",
        .field = [](GroupSpec& g) -> Field { return &g.kernel.box_size; },
        .range = at_least(1, max_reach),
        .unit = "slices",

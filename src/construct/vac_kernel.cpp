@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "noiseloom/core/math.h"
 
@@ -36,39 +37,59 @@ AxisKernel axis_kernel(std::int64_t size, bool toroidal, double sigma) {
   return kernel;
 }
 
+// The overlap of a box of `box` slices over its value at 0, folded.
 AxisKernel box_kernel(std::int64_t size, bool toroidal, int box) {
   AxisKernel kernel;
   kernel.lo = narrow<std::int32_t>(std::min<std::int64_t>(box - 1, toroidal ? (size - 1) / 2 : size - 1));
   kernel.hi = narrow<std::int32_t>(std::min<std::int64_t>(box - 1, toroidal ? size / 2 : size - 1));
-  kernel.values.assign(static_cast<std::size_t>(kernel.lo + kernel.hi) + 1, 1);
+  const auto taps = std::min<std::int64_t>(box, size);
+  const auto shared = [taps](std::int64_t d) { return static_cast<double>(std::max<std::int64_t>(0, taps - d)); };
+  for (std::int64_t d = -kernel.lo; d <= kernel.hi; ++d) {
+    const std::int64_t away = std::abs(d);
+    const double image = toroidal && away > 0 ? shared(size - away) : 0;
+    kernel.values.push_back((shared(away) + image) / static_cast<double>(taps));
+  }
   return kernel;
 }
 
 struct GroupAxes {
   std::vector<int> axes;  // ascending
   std::vector<AxisKernel> kernels;
+  std::vector<bool> is_box;
 };
 
 GroupAxes group_axes(const VacSpec& spec, const VacGroup& group) {
-  GroupAxes result{group.axes, {}};
+  GroupAxes result{group.axes, {}, {}};
   std::sort(result.axes.begin(), result.axes.end());
   for (const int axis : result.axes) {
     const bool toroidal = spec.toroidal.empty() || spec.toroidal[static_cast<std::size_t>(axis)];
     const bool is_box = std::find(group.box_axes.begin(), group.box_axes.end(), axis) != group.box_axes.end();
     const std::int64_t size = spec.extents.size(axis);
+    result.is_box.push_back(is_box);
     result.kernels.push_back(is_box ? box_kernel(size, toroidal, group.box_size)
                                     : axis_kernel(size, toroidal, group.sigma_px));
   }
   return result;
 }
 
+// The other offsets of a row, without axis0: how they weigh, and whether they are zero on the axes of either kind.
+struct RowPlace {
+  double factor = 1;
+  bool box_is_zero = true;
+  bool round_is_zero = true;
+};
+
 // Appends the row at `offset`, whose weights are factor * k_axis0, unless all of them round to zero.
-void append_row(VacGroupKernel& group, const AxisKernel& along, const VacRow& at, double factor, bool through_zero,
-                double scale) {
+void append_row(VacGroupKernel& group, const AxisKernel& along, bool along_is_box, const VacRow& at,
+                const RowPlace& place, double scale) {
   std::vector<std::uint32_t> row;
+  std::vector<std::int32_t> same_pixel;  // offsets to the same pixel of another slice of the box
   for (std::int32_t d = -along.lo; d <= along.hi; ++d) {
-    const bool zero = through_zero && d == 0;
-    row.push_back(zero ? 0 : static_cast<std::uint32_t>(std::floor(factor * along.at(d) * scale + 0.5)));
+    const bool box_is_zero = place.box_is_zero && !(along_is_box && d != 0);
+    const bool round_is_zero = place.round_is_zero && (along_is_box || d == 0);
+    if (round_is_zero && !box_is_zero) same_pixel.push_back(d);
+    const bool zero = round_is_zero && box_is_zero;
+    row.push_back(zero ? 0 : static_cast<std::uint32_t>(std::floor(place.factor * along.at(d) * scale + 0.5)));
   }
   const auto not_zero = [](std::uint32_t w) { return w != 0; };
   auto first = std::find_if(row.begin(), row.end(), not_zero);
@@ -84,21 +105,24 @@ void append_row(VacGroupKernel& group, const AxisKernel& along, const VacRow& at
   group.weights.insert(group.weights.end(), first, last);
   group.weights.insert(group.weights.end(), VacGroupKernel::padding, 0U);
   group.rows.push_back(result);
+  for (const std::int32_t d : same_pixel) {
+    group.same_pixel.push_back(result.first + static_cast<std::size_t>(d + result.lo));
+  }
 }
 
 VacGroupKernel group_kernel(const GroupAxes& group, double scale) {
-  VacGroupKernel result{group.axes[0], {group.axes.begin() + 1, group.axes.end()}, {}, {}};
+  VacGroupKernel result{group.axes[0], {group.axes.begin() + 1, group.axes.end()}, {}, {}, {}};
   const std::size_t num_others = result.others.size();
   VacRow row{};
   for (std::size_t i = 0; i < num_others; ++i) row.offset[i] = -group.kernels[i + 1].lo;
   while (true) {
-    double factor = 1;
-    bool through_zero = true;
+    RowPlace place;
     for (std::size_t i = 0; i < num_others; ++i) {
-      factor *= group.kernels[i + 1].at(row.offset[i]);
-      through_zero = through_zero && row.offset[i] == 0;
+      place.factor *= group.kernels[i + 1].at(row.offset[i]);
+      bool& is_zero = group.is_box[i + 1] ? place.box_is_zero : place.round_is_zero;
+      is_zero = is_zero && row.offset[i] == 0;
     }
-    append_row(result, group.kernels[0], row, factor, through_zero, scale);
+    append_row(result, group.kernels[0], group.is_box[0], row, place, scale);
     std::size_t i = 0;
     while (i < num_others && row.offset[i] == group.kernels[i + 1].hi) {
       row.offset[i] = -group.kernels[i + 1].lo;
@@ -137,11 +161,21 @@ VacKernel::VacKernel(const VacSpec& spec) {
   for (;; --scale_log2_) {
     groups_.clear();
     weight_sum_ = 0;
+    std::uint64_t num_same_pixel = 0;
     for (const GroupAxes& group : groups) {
       groups_.push_back(group_kernel(group, std::ldexp(1.0, scale_log2_)));
+      for (const std::size_t i : groups_.back().same_pixel) groups_.back().weights[i] = 0;
+      num_same_pixel += groups_.back().same_pixel.size();
       for (const std::uint32_t weight : groups_.back().weights) weight_sum_ += weight;
     }
-    if (weight_sum_ < vac_flag) return;
+    // The same pixel of another slice of a box outweighs everything else, so that it is turned on last.
+    const std::uint64_t others = weight_sum_;
+    weight_sum_ += num_same_pixel * others;
+    if (weight_sum_ >= vac_flag) continue;
+    for (VacGroupKernel& group : groups_) {
+      for (const std::size_t i : group.same_pixel) group.weights[i] = static_cast<std::uint32_t>(others);
+    }
+    return;
   }
 }
 

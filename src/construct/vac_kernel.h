@@ -28,7 +28,8 @@ struct VacGroupKernel {
   int axis0;                // the group's lowest axis
   std::vector<int> others;  // the rest, ascending
   std::vector<VacRow> rows;
-  std::vector<std::uint32_t> weights;  // followed by zeros for whole vectors past the last row; also between rows
+  std::vector<std::uint32_t> weights;   // followed by zeros for whole vectors past the last row; also between rows
+  std::vector<std::size_t> same_pixel;  // the weights at offsets that are zero but along box axes
   static constexpr std::size_t padding = 16;
 };
 

@@ -76,9 +76,16 @@ std::vector<double> gauss_energy_ring(double sigma, std::int64_t size) {
   return ring;
 }
 
-// 1 for the offsets below `box` around a ring, d from 0 to half of it.
+// The overlap of a box of that many taps around a ring over its value at 0, d from 0 to half of the ring: 1 everywhere
+// where the box covers it.
 std::vector<double> box_energy_ring(int box, std::int64_t size) {
-  return std::vector<double>(static_cast<std::size_t>(std::min<std::int64_t>(box - 1, size / 2)) + 1, 1);
+  const std::int64_t taps = std::min<std::int64_t>(box, size);
+  const auto shared = [&](std::int64_t d) { return static_cast<double>(std::max<std::int64_t>(0, taps - d)); };
+  std::vector<double> ring;
+  for (std::int64_t d = 0; d <= size / 2 && (d < taps || size - d < taps); ++d) {
+    ring.push_back((shared(d) + (d > 0 ? shared(size - d) : 0)) / static_cast<double>(taps));
+  }
+  return ring;
 }
 
 // The cut is on the product, so it is round; partial products that cannot reach it any more are dropped on the way.

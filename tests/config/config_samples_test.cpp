@@ -17,6 +17,7 @@ using ::testing::StartsWith;
 
 std::string with_samples(const std::string& samples) {
   ConfigText text;
+  text.size = "size = { x = 8, y = 4, t = 2 }";  // nets are of powers of two
   text.samples = "samples = " + samples;
   return text.text();
 }

@@ -208,7 +208,7 @@ TEST(Config, EveryConfigOfTheRepositoryRoundTrips) {
   for (const auto& entry : std::filesystem::directory_iterator(testing_support::source_folder() + "/configs")) {
     if (entry.path().extension() != ".toml") continue;
     SCOPED_TRACE(entry.path());
-    expect_round_trip(load_config(entry.path().string(), {}));
+    expect_round_trip(load_config(entry.path().string(), {}), entry.path().parent_path().string());
     ++count;
   }
   EXPECT_GE(count, 10);

@@ -31,6 +31,12 @@ std::vector<VacSpec> specs() {
                            vac_spec({3, 2, 2}, {{0, 1}, {2}}),              // one point at the start
                            vac_spec({2, 1, 3}, {{0, 1, 2}}),                // none
                            vac_spec({13, 7, 5, 3}, {{0, 1}, {2, 3}, {1, 2}}, 0.7)};  // groups that share axes
+  VacSpec stack = vac_spec({7, 6, 9}, {{0, 1}, {0, 1, 2}}, 1.1);                     // slices that act as one
+  stack.groups[1].box_axes = {2};
+  stack.groups[1].box_size = 3;
+  all.push_back(stack);
+  stack.groups[1].box_size = 100;  // all of them
+  all.push_back(stack);
   VacSpec open = vac_spec({5, 4, 7, 6}, {{0, 1}, {2, 3}});
   open.toroidal = {true, false, false, true};
   all.push_back(open);

@@ -65,6 +65,13 @@ TEST(Footprint, CombinesGroupsOverAnyOfFourSliceAxes) {
   const Extents extents({5, 3, 2, 3, 2, 3});
   expect_equal(extents, product({group({0, 1}, box(3)), group({2}, ema(0.4, 0.2)), group({3, 4}, gauss(0.7))}));
   expect_equal(extents, product({group({0, 3}, gauss_energy(0.8)), group({1, 5}, binomial(2))}));
+  for (const int box : {1, 2, 5, 50}) {
+    KernelSpec stacked = gauss_energy(0.8);
+    stacked.box_axes = {3};
+    stacked.box_size = box;
+    expect_equal(extents, product({group({0, 1, 3}, stacked)}));
+    expect_equal(extents, sum({group({0, 1}, gauss_energy(0.8), 0.5), group({0, 3}, stacked, 0.5)}));
+  }
   expect_equal(extents, sum({group({0, 1}, gauss_energy(0.9), 0.5), group({2, 3}, gauss_energy(0.9), 0.3),
                              group({5}, box(2), 0.2)}));
   expect_equal(extents, sum({group({0, 1}, box(2), 0.5), group({1, 2}, box(2), 0.5)}));  // both hold offsets along y

@@ -150,22 +150,32 @@ inline Lattice product(const Lattice& a, const Lattice& b) {  // of lattices ove
   return result;
 }
 
-inline Lattice gauss_energy(const std::vector<int>& axes, double sigma) {
+inline Lattice gauss_energy(const Extents& extents, const GroupSpec& group) {
+  const double sigma = group.kernel.sigma;
   const auto reach = static_cast<int>(std::ceil(9 * sigma));
   std::vector<double> along;
   for (int d = -reach; d <= reach; ++d) along.push_back(std::exp(-d * d / (2 * sigma * sigma)));
+  std::vector<int> round;
+  for (const int axis : group.axes) {
+    if (!group.is_box_along(axis)) round.push_back(axis);
+  }
   Lattice result;
-  for (const auto& [coord, weight] : on_axes(axes, along)) {
+  for (const auto& [coord, weight] : on_axes(round, along)) {
     Coord centred = coord;
-    for (const int axis : axes) centred[static_cast<std::size_t>(axis)] -= reach;
+    for (const int axis : round) centred[static_cast<std::size_t>(axis)] -= reach;
     result[centred] = weight;
+  }
+  for (const int axis : group.kernel.box_axes) {
+    const auto taps = static_cast<std::size_t>(std::min<std::int64_t>(group.kernel.box_size, extents.size(axis)));
+    const std::vector<double> root(taps, 1 / std::sqrt(static_cast<double>(taps)));
+    result = product(result, autocorrelation(on_axes({axis}, root)));
   }
   return result;
 }
 
 inline Lattice group_overlap(const Extents& extents, const GroupSpec& group) {
   const KernelSpec& kernel = group.kernel;
-  if (kernel.kind == KernelKind::gauss_energy) return gauss_energy(group.axes, kernel.sigma);
+  if (kernel.kind == KernelKind::gauss_energy) return gauss_energy(extents, group);
   if (kernel.kind == KernelKind::ema) {
     Lattice result = {{Coord{}, 1.0}};
     for (const int axis : group.axes) {

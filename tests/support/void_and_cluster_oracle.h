@@ -91,8 +91,23 @@ class VoidAndClusterOracle {
     return sum;
   }
 
+  // The share of all runs of `box` slices around the ring with one of two slices so far apart that has both.
+  double in_box(std::size_t axis, std::int64_t d, int box) const {
+    const std::int64_t n = spec_.extents.size(static_cast<int>(axis));
+    const std::int64_t length = std::min<std::int64_t>(box, n);
+    int with_both = 0;
+    int with_first = 0;
+    for (std::int64_t first = 0; first < n; ++first) {
+      const auto has = [&](std::int64_t slice) { return (slice - first + n) % n < length; };
+      with_first += has(0) ? 1 : 0;
+      with_both += has(0) && has(d) ? 1 : 0;
+    }
+    return static_cast<double>(with_both) / with_first;
+  }
+
   void fill_weights() {
     weights_.assign(n_ * n_, 0);
+    std::vector<std::int64_t> same_pixel(n_ * n_, 0);  // in how many groups
     std::vector<std::vector<std::int64_t>> at;
     for (std::size_t p = 0; p < n_; ++p) at.push_back(coordinates(p));
     for (const VacGroup& group : spec_.groups) {
@@ -102,8 +117,11 @@ class VoidAndClusterOracle {
       const std::size_t num_axes = at[0].size();
       std::vector<std::vector<double>> gauss(num_axes);  // by |difference|
       for (std::size_t axis = 0; axis < num_axes; ++axis) {
+        const bool is_box =
+            std::find(group.box_axes.begin(), group.box_axes.end(), static_cast<int>(axis)) != group.box_axes.end();
         for (std::int64_t d = 0; d < spec_.extents.size(static_cast<int>(axis)); ++d) {
-          gauss[axis].push_back(along(static_cast<int>(axis), d, group.sigma_px));
+          gauss[axis].push_back(is_box ? in_box(axis, d, group.box_size)
+                                       : along(static_cast<int>(axis), d, group.sigma_px));
         }
       }
       for (std::size_t p = 0; p < n_; ++p) {
@@ -113,10 +131,30 @@ class VoidAndClusterOracle {
             const auto d = static_cast<std::size_t>(std::abs(at[p][axis] - at[q][axis]));
             product *= in_group(axis) ? gauss[axis][d] : d == 0 ? 1 : 0;
           }
+          if (product > 0 && is_same_pixel(at[p], at[q], group)) {
+            ++same_pixel[p * n_ + q];
+            continue;
+          }
           weights_[p * n_ + q] += static_cast<std::int64_t>(std::floor(std::ldexp(product, scale_log2_) + 0.5));
         }
       }
     }
+    // As much as all other weights together; on a torus every pixel has the same.
+    std::int64_t others = 0;
+    for (std::size_t q = 0; q < n_; ++q) others += weights_[q];
+    for (std::size_t i = 0; i < weights_.size(); ++i) weights_[i] += same_pixel[i] * others;
+  }
+
+  // Whether two pixels are apart along the box axes of a group alone.
+  static bool is_same_pixel(const std::vector<std::int64_t>& p, const std::vector<std::int64_t>& q,
+                            const VacGroup& group) {
+    if (group.box_axes.empty()) return false;
+    for (std::size_t axis = 0; axis < p.size(); ++axis) {
+      const bool box =
+          std::find(group.box_axes.begin(), group.box_axes.end(), static_cast<int>(axis)) != group.box_axes.end();
+      if (!box && p[axis] != q[axis]) return false;
+    }
+    return true;
   }
 
   void flip(std::size_t p) {

@@ -5,8 +5,10 @@
 //
 //   K(d) = sum_g [d is zero on every axis outside group g] * prod_{a in g} k_a(d_a),   k_a(d) = exp(-d^2 / 2 sigma_g^2)
 //
-// or, on the box axes of a group, k_a(d) = [|d| < box_g]: slices less than box_g apart then act as one, so that the
-// union of box_g slices in a row is blue, and its members are disjoint.
+// or, on the box axes of a group, k_a(d) = max(0, n - |d|) / n with n = box_g (folded; 1 where the box is as long as
+// the axis): the energy of the unions of n slices in a row, added up over all such runs, so that each union is blue.
+// There the same pixel of another slice weighs as much as all other weights together: it is turned on only when all
+// pixels that no such slice has are, so that the members of a union are disjoint.
 //
 // On a toroidal axis k_a is summed over all images of d, so a footprint larger than the axis folds and nothing changes
 // under a shift of the torus. Weights are fixed-point integers (construct/vac_kernel.h in src): energies never drift.

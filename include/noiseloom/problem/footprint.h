@@ -22,10 +22,10 @@
 //                          the group has axes, in file order (the last dimension is the first of these axes in the
 //                          texture: [t, y, x] for axes x, y, t, however the group lists them). Any finite taps, not
 //                          all zero, nor cancelling each other where they are folded onto a shorter axis.
-//   gauss_energy           F_g(d) = exp(-r^2 / 2 sigma^2) itself, r over all axes of the group but its box axes, images
-//   on
-//                          the torus; along a box axis 1 where |d| < box_size, around the ring, else 0
+//   gauss_energy           F_g(d) = exp(-r^2 / 2 sigma^2) itself, r over all axes of the group, images on the torus
 //                          added up; left out where that is below 1e-6. F_g(0) = 1 on a wide torus.  [STBN22, eq. 4]
+//                          Along its box axes times the overlap of a box over that at 0, folded: (n - |d|) / n for
+//                          n = box_size, and 1 everywhere where the box is as long as the axis.
 #pragma once
 
 #include <array>

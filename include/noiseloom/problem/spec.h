@@ -18,8 +18,8 @@ struct KernelSpec {
   KernelKind kind = KernelKind::box;
   int size = 3;        // box: taps per axis
   double sigma = 1.0;  // gauss, gauss_energy: pixels
-  // gauss_energy: along these axes of the group, indices into Extents, all offsets below box_size count in full and no
-  // others, whatever sigma is.
+  // gauss_energy: along these axes of the group, indices into Extents, the energy is the overlap of a box of box_size
+  // taps instead: that of the sum of so many slices in a row, for every such run.
   std::vector<int> box_axes;
   int box_size = 0;
   int n = 2;               // binomial: n + 1 taps per axis
