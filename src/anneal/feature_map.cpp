@@ -51,6 +51,7 @@ FeatureMap::Basis basis_of(DistanceKind kind) {
     case DistanceKind::circle:
       return FeatureMap::Basis::circle;
     case DistanceKind::angle:
+    case DistanceKind::axis:
       return FeatureMap::Basis::powers;
     default:
       return FeatureMap::Basis::cosines;
@@ -96,11 +97,14 @@ FeatureMap::FeatureMap(const ValueKernel& kernel, int most_features, std::span<c
 
 // The lowest degrees: by the sum of squares, the rate at which the kernel's coefficients fall.
 void FeatureMap::choose_features(const ValueKernel& kernel, int most_features) {
-  const bool odd_only = kernel.kind == ValueKernelKind::distance && basis_ != Basis::cosines;
+  // A kernel of axes is even; of z^2 = 1 - x^2 - y^2 no power of z above the first is needed.
+  const bool even_only = kernel.distance == DistanceKind::axis;
+  const bool odd_only = kernel.kind == ValueKernelKind::distance && basis_ != Basis::cosines && !even_only;
+  const int most_power = even_only ? 6 : 5;
   std::vector<std::vector<int>> all;
   std::vector<int> prefix;
   const int most = basis_ == Basis::circle   ? most_features
-                   : basis_ == Basis::powers ? 5
+                   : basis_ == Basis::powers ? most_power
                    : num_tables_ == 1        ? most_features
                    : num_tables_ == 2        ? 8
                    : num_tables_ <= 4        ? 3
@@ -110,7 +114,7 @@ void FeatureMap::choose_features(const ValueKernel& kernel, int most_features) {
     const int total = std::accumulate(degrees.begin(), degrees.end(), 0);
     const auto factors = std::count_if(degrees.begin(), degrees.end(), [](int degree) { return degree > 0; });
     return total == 0 || (odd_only && total % 2 == 0) || (basis_ == Basis::circle && factors > 1) ||
-           (basis_ == Basis::powers && total > 5);
+           (basis_ == Basis::powers && total > most_power) || (even_only && (total % 2 == 1 || degrees.back() > 1));
   });
   const auto size = [this](const std::vector<int>& degrees) {
     int sum = 0;

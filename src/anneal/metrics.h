@@ -16,10 +16,10 @@ inline double distance(const double* v, const double* s) {
   } else if constexpr (kind == DistanceKind::circle) {
     const double d = std::abs(v[0] - s[0]);
     return d < 1 - d ? d : 1 - d;
-  } else if constexpr (kind == DistanceKind::angle) {
+  } else if constexpr (is_between_unit_vectors(kind)) {
     double dot = 0;
     for (int c = 0; c < C; ++c) dot += v[c] * s[c];
-    return math::acos(dot);
+    return math::acos(kind == DistanceKind::axis ? std::abs(dot) : dot);
   } else {
     double sum = 0;
     for (int c = 0; c < C; ++c) sum += (v[c] - s[c]) * (v[c] - s[c]);

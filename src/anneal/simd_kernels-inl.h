@@ -68,6 +68,15 @@ HWY_INLINE V square_of_difference(const V (&v)[C], const V (&s)[C]) {
   return sum;
 }
 
+// The shorter of the chords to s and to its opposite, squared: either is exact where it is short.
+template <int C>
+HWY_INLINE V square_of_axis_chord(const V (&v)[C], const V (&s)[C]) {
+  V opposite[C];
+  for (int c = 0; c < C; ++c) opposite[c] = hn::Neg(s[c]);
+  return hn::Min(square_of_difference<DistanceKind::axis, C>(v, s),
+                 square_of_difference<DistanceKind::axis, C>(v, opposite));
+}
+
 template <DistanceKind kind, int C>
 HWY_INLINE V distance(const V (&v)[C], const V (&s)[C]) {
   if constexpr (kind == DistanceKind::absolute) {
@@ -77,6 +86,8 @@ HWY_INLINE V distance(const V (&v)[C], const V (&s)[C]) {
     return hn::Min(d, hn::Sub(set(1), d));
   } else if constexpr (kind == DistanceKind::angle) {
     return angle_of_chord(square_of_difference<kind, C>(v, s));
+  } else if constexpr (kind == DistanceKind::axis) {
+    return angle_of_chord(square_of_axis_chord<C>(v, s));
   } else {
     return hn::Sqrt(square_of_difference<kind, C>(v, s));
   }

@@ -131,7 +131,7 @@ struct TapCost {
   double judged;
 };
 TapCost tap_cost(DistanceKind kind) {
-  return kind == DistanceKind::angle       ? TapCost{4, 0.35, 1}
+  return is_between_unit_vectors(kind)     ? TapCost{4, 0.35, 1}
          : kind == DistanceKind::euclidean ? TapCost{0.5, 0.12, 0.3}
                                            : TapCost{0.15, 0.05, 0.1};
 }

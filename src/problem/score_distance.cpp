@@ -29,11 +29,12 @@ template <DistanceKind kind, std::size_t step>
     const double* y = b.values + c * b.stride;
     for (std::size_t i = 0; i < length; ++i) {
       const double difference = x[i * step] - y[i];
-      distances[i] += kind == DistanceKind::angle ? x[i * step] * y[i] : difference * difference;
+      distances[i] += is_between_unit_vectors(kind) ? x[i * step] * y[i] : difference * difference;
     }
   }
   for (std::size_t i = 0; i < length; ++i) {
-    distances[i] = kind == DistanceKind::angle ? math::acos(distances[i]) : std::sqrt(distances[i]);
+    const double found = kind == DistanceKind::axis ? std::abs(distances[i]) : distances[i];
+    distances[i] = is_between_unit_vectors(kind) ? math::acos(found) : std::sqrt(found);
   }
 }
 
@@ -85,6 +86,8 @@ RunSum run_sum_for(DistanceKind kind, bool portable) {
       return best<DistanceKind::euclidean, step>(portable);
     case DistanceKind::angle:
       return best<DistanceKind::angle, step>(portable);
+    case DistanceKind::axis:
+      return best<DistanceKind::axis, step>(portable);
   }
   return nullptr;
 }

@@ -31,6 +31,16 @@ void square_from_disk(double x, double y, double* u) {
   u[1] = 0.5 * (b + 1);
 }
 
+double turns_of(double x, double y) {
+  // From the nearer axis, where the sine keeps its digits.
+  const double radius = std::sqrt(x * x + y * y);
+  const auto small = [radius](double side) { return (0.5 * math::pi - math::acos(side / radius)) / math::two_pi; };
+  if (std::fabs(y) > std::fabs(x)) return y > 0 ? 0.25 - small(x) : 0.75 + small(x);
+  if (x < 0) return 0.5 - small(y);
+  const double turns = small(y);
+  return turns < 0 ? turns + 1 : turns;
+}
+
 void hemisphere_from_square(double u, double v, double* sample) {
   const DiskPoint p = disk_from_square(u, v);
   const double z = one_minus_square(p.radius);

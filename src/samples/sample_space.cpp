@@ -59,8 +59,9 @@ double distance(DistanceKind kind, int channels, const float* a, const float* b)
   for (int c = 0; c < channels; ++c) {
     const double x = a[c];
     const double y = b[c];
-    sum += kind == DistanceKind::angle ? x * y : (x - y) * (x - y);
+    sum += is_between_unit_vectors(kind) ? x * y : (x - y) * (x - y);
   }
+  if (kind == DistanceKind::axis) return math::acos(std::fabs(sum));
   return kind == DistanceKind::angle ? math::acos(sum) : std::sqrt(sum);
 }
 

@@ -8,9 +8,9 @@
 //
 // f are functions that are cheap to evaluate: products of cosines cos(k pi x) over the bounding box of the samples
 // (scalars, vectors), cos and sin(2 pi k x) (circle), monomials (directions); of the kernel -d, odd ones where even
-// ones vanish. A is the least-squares fit over all pairs of a subset of the samples, so that any distribution is
-// served. For uniform scalars it is known in closed form: -|a - b| = sum_n 4 cos(n pi a) cos(n pi b) / (n pi)^2 + ...,
-// of which the tail after N terms holds 6 / (pi^2 N) of the variance.
+// ones vanish, and even ones of axes. A is the least-squares fit over all pairs of a subset of the samples, so that any
+// distribution is served. For uniform scalars it is known in closed form: -|a - b| = sum_n 4 cos(n pi a) cos(n pi b) /
+// (n pi)^2 + ..., of which the tail after N terms holds 6 / (pi^2 N) of the variance.
 #pragma once
 
 #include <cstdint>

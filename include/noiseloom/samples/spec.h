@@ -8,7 +8,13 @@
 
 namespace noiseloom {
 
-enum class DistanceKind { absolute, circle, euclidean, angle };
+// axis: the angle between unit vectors of which each and its opposite are the same; of unit quaternions, half the angle
+// of the rotation between them.
+enum class DistanceKind { absolute, circle, euclidean, angle, axis };
+
+constexpr bool is_between_unit_vectors(DistanceKind kind) {
+  return kind == DistanceKind::angle || kind == DistanceKind::axis;
+}
 
 struct SampleSpec {
   std::string space = "uniform";   // a name of sample_spaces() (samples/space.h); "file": the user's own list
