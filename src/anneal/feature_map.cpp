@@ -73,26 +73,43 @@ void enumerate(int num_tables, int most, std::vector<int>& prefix, std::vector<s
 
 }  // namespace
 
-FeatureMap::FeatureMap(const ValueKernel& kernel, int most_features, std::span<const float> list)
+FeatureMap::FeatureMap(const ValueKernel& kernel, int most_features, std::span<const float> list, Span span)
     : basis_(basis_of(kernel.distance)),
       channels_(kernel.channels),
       num_tables_(basis_ == Basis::circle ? 2 : kernel.channels),
       low_(static_cast<std::size_t>(channels_)),
       inverse_width_(static_cast<std::size_t>(channels_)) {
   NOISELOOM_CHECK(most_features >= 1 && !list.empty());
+  span_list(list, span);
+  choose_features(kernel, most_features);
+  fit(kernel, list);
+}
+
+void FeatureMap::span_list(std::span<const float> list, Span span) {
   const auto channels = static_cast<std::size_t>(channels_);
+  std::vector<float> values(list.size() / channels);
   for (std::size_t c = 0; c < channels; ++c) {
-    float least = list[c];
-    float most = list[c];
-    for (std::size_t k = c; k < list.size(); k += channels) {
-      least = std::min(least, list[k]);
-      most = std::max(most, list[k]);
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = list[k * channels + c];
+    const auto [first, last] = std::minmax_element(values.begin(), values.end());
+    float least = *first;
+    float most = *last;
+    if (span == Span::bulk) {
+      const auto at = [&](std::size_t rank) {
+        std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank), values.end());
+        return values[rank];
+      };
+      const float quarter = at(values.size() / 4);
+      const float middle = at(values.size() / 2);
+      const float bulk = at(values.size() * 3 / 4) - quarter;
+      // Wider than that of a normal distribution of 2^32 samples: 9.
+      if (most - least > 12 * bulk) {
+        least = std::max(least, middle - 4 * bulk);
+        most = std::min(most, middle + 4 * bulk);
+      }
     }
     low_[c] = least;
     inverse_width_[c] = most > least ? 1 / (most - least) : 0;
   }
-  choose_features(kernel, most_features);
-  fit(kernel, list);
 }
 
 // The lowest degrees: by the sum of squares, the rate at which the kernel's coefficients fall.

@@ -130,7 +130,7 @@ FloatScore::FloatScore(const Footprint& footprint, DistanceKind kind, const Fiel
 
 bool FloatScore::fits(const Footprint& footprint, DistanceKind kind, const FieldLayout& layout) {
   const double amplification = footprint.weight_sum() / footprint.weight_zero();
-  const double most = is_between_unit_vectors(kind) ? 100 : 1000;
+  const double most = kind == DistanceKind::angle ? 100 : 1000;
   return layout.reach_x >= footprint.reach(0) && layout.reach_y >= footprint.reach(1) && amplification <= most;
 }
 

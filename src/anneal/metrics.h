@@ -16,13 +16,18 @@ inline double distance(const double* v, const double* s) {
   } else if constexpr (kind == DistanceKind::circle) {
     const double d = std::abs(v[0] - s[0]);
     return d < 1 - d ? d : 1 - d;
-  } else if constexpr (is_between_unit_vectors(kind)) {
+  } else if constexpr (kind == DistanceKind::angle) {
     double dot = 0;
     for (int c = 0; c < C; ++c) dot += v[c] * s[c];
-    return math::acos(kind == DistanceKind::axis ? std::abs(dot) : dot);
+    return math::acos(dot);
   } else {
     double sum = 0;
     for (int c = 0; c < C; ++c) sum += (v[c] - s[c]) * (v[c] - s[c]);
+    if constexpr (kind == DistanceKind::axis) {
+      double to_opposite = 0;
+      for (int c = 0; c < C; ++c) to_opposite += (v[c] + s[c]) * (v[c] + s[c]);
+      return 0.5 * std::sqrt(sum * to_opposite);
+    }
     return std::sqrt(sum);
   }
 }

@@ -11,7 +11,7 @@ constexpr Word distance_table[] = {
     {"circle", "around a circle of circumference 1 (one channel)", "toroidal wrap"},
     {"euclidean", "length of the difference", "l2 length"},
     {"angle", "angle between unit vectors (two to four channels)", "sphere angular"},
-    {"axis", "the same, where a vector and its opposite are one (three or four channels)", "quaternion rotation line"},
+    {"axis", "its sine, where a vector and its opposite are one (three or four channels)", "quaternion rotation line"},
 };
 
 constexpr Word combine_table[] = {

@@ -23,18 +23,22 @@ template <DistanceKind kind, std::size_t step>
     }
     return;
   }
+  double to_opposites[kind == DistanceKind::axis ? chunk : 1] = {};
   std::fill_n(distances, length, 0.0);
   for (std::size_t c = 0; c < channels; ++c) {
     const double* x = a.values + c * a.stride;
     const double* y = b.values + c * b.stride;
     for (std::size_t i = 0; i < length; ++i) {
       const double difference = x[i * step] - y[i];
-      distances[i] += is_between_unit_vectors(kind) ? x[i * step] * y[i] : difference * difference;
+      distances[i] += kind == DistanceKind::angle ? x[i * step] * y[i] : difference * difference;
+    }
+    if constexpr (kind == DistanceKind::axis) {
+      for (std::size_t i = 0; i < length; ++i) to_opposites[i] += (x[i * step] + y[i]) * (x[i * step] + y[i]);
     }
   }
   for (std::size_t i = 0; i < length; ++i) {
-    const double found = kind == DistanceKind::axis ? std::abs(distances[i]) : distances[i];
-    distances[i] = is_between_unit_vectors(kind) ? math::acos(found) : std::sqrt(found);
+    if constexpr (kind == DistanceKind::axis) distances[i] *= 0.25 * to_opposites[i];
+    distances[i] = kind == DistanceKind::angle ? math::acos(distances[i]) : std::sqrt(distances[i]);
   }
 }
 

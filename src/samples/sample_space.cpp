@@ -56,12 +56,14 @@ double distance(DistanceKind kind, int channels, const float* a, const float* b)
     return kind == DistanceKind::circle ? std::min(d, 1 - d) : d;
   }
   double sum = 0;
+  double to_opposite = 0;
   for (int c = 0; c < channels; ++c) {
     const double x = a[c];
     const double y = b[c];
-    sum += is_between_unit_vectors(kind) ? x * y : (x - y) * (x - y);
+    sum += kind == DistanceKind::angle ? x * y : (x - y) * (x - y);
+    to_opposite += (x + y) * (x + y);
   }
-  if (kind == DistanceKind::axis) return math::acos(std::fabs(sum));
+  if (kind == DistanceKind::axis) return 0.5 * std::sqrt(sum * to_opposite);
   return kind == DistanceKind::angle ? math::acos(sum) : std::sqrt(sum);
 }
 
@@ -90,6 +92,8 @@ SampleSource::SampleSource(const SampleSpec& spec, std::int64_t cells_per_slice,
 
 SampleSource::~SampleSource() = default;
 SampleSource::SampleSource(SampleSource&&) noexcept = default;
+
+bool SampleSource::is_file() const { return impl_->file.has_value(); }
 
 int SampleSource::channels() const { return num_channels(impl_->spec); }
 

@@ -1,6 +1,6 @@
 // rotation: unit quaternions (x, y, z, w) with w >= 0, w the cosine of half the angle, uniform over all rotations
-// [Shoemake92]. A quaternion and its opposite are the same rotation; samples are compared by half the angle of the
-// rotation between them.
+// [Shoemake92]. A quaternion and its opposite are the same rotation; samples are compared by the sine of half the
+// angle of the rotation between them.
 //
 // The pair (x, y) of a uniform point of the sphere of quaternions is a uniform point of the disk, and (z, w) lies
 // evenly on the circle that is left, of which half is enough. The box is the square of the disk and that half circle,

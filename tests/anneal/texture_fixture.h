@@ -48,7 +48,7 @@ inline double oracle_kernel(const ValueKernel& kernel, const float* a, const flo
   }
   double d = std::sqrt(square);
   if (kernel.distance == DistanceKind::circle) d = std::min(d, 1 - d);
-  if (kernel.distance == DistanceKind::axis) d = std::acos(std::min(std::fabs(dot), 1.0));
+  if (kernel.distance == DistanceKind::axis) d *= std::sqrt(std::max(4 - square, 0.0)) / 2;
   if (kernel.distance == DistanceKind::angle) d = std::acos(std::clamp(dot, -1.0, 1.0));
   return kernel.kind == ValueKernelKind::distance ? -d
                                                   : std::exp(-std::pow(d, kernel.exponent) * kernel.inverse_sigma_s2);

@@ -306,7 +306,13 @@ inline double distance(DistanceKind kind, const std::vector<double>& a, const st
   for (std::size_t c = 0; c < a.size(); ++c) {
     sum += is_between_unit_vectors(kind) ? a[c] * b[c] : (a[c] - b[c]) * (a[c] - b[c]);
   }
-  if (kind == DistanceKind::axis) return std::acos(std::fmin(1, std::fabs(sum)));
+  if (kind == DistanceKind::axis) {  // |a a^T - b b^T| / sqrt(2)
+    double squares = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      for (std::size_t j = 0; j < a.size(); ++j) squares += std::pow(a[i] * a[j] - b[i] * b[j], 2);
+    }
+    return std::sqrt(squares / 2);
+  }
   if (kind == DistanceKind::angle) return std::acos(std::fmin(1, std::fmax(-1, sum)));
   if (kind == DistanceKind::circle) return std::fmin(std::fabs(a[0] - b[0]), 1 - std::fabs(a[0] - b[0]));
   return kind == DistanceKind::absolute ? std::fabs(a[0] - b[0]) : std::sqrt(sum);

@@ -24,9 +24,8 @@ DistanceKind distance_kind(const SampleSpec& spec, int channels);
 // for a shape that fits no such texture.
 int num_channels(const SampleSpec& spec, std::int64_t cells_per_slice, SliceIndex num_slices);
 
-// Distance in double. a, b: `channels` values each. circle: circumference 1. angle and
-// axis: radians, cosine clamped to [-1, 1]; unit vectors in float have lengths off by up to 1e-7, so equal samples may
-// be 5e-4 apart.
+// Distance in double. a, b: `channels` values each. circle: circumference 1. angle: radians, cosine clamped to [-1, 1];
+// unit vectors in float have lengths off by up to 1e-7, so equal samples may be 5e-4 apart. axis: see DistanceKind.
 double distance(DistanceKind kind, int channels, const float* a, const float* b);
 
 // The lists of every slice of one texture. Pure: list(slice) is a function of (spec, cells_per_slice, seed, slice).
@@ -43,6 +42,7 @@ class SampleSource {
   ~SampleSource();
   SampleSource(SampleSource&&) noexcept;
 
+  bool is_file() const;
   int channels() const;
   // A file's Euclidean distance of one channel is `absolute`.
   DistanceKind distance() const;

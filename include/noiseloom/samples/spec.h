@@ -8,8 +8,9 @@
 
 namespace noiseloom {
 
-// axis: the angle between unit vectors of which each and its opposite are the same; of unit quaternions, half the angle
-// of the rotation between them.
+// axis: of unit vectors of which each and its opposite are the same, such as unit quaternions that stand for rotations:
+// the sine of the angle between them, |a - b| |a + b| / 2. It is the distance between the matrices a a^T and b b^T over
+// sqrt(2), and so of negative type, as R must have it to be an error; the angle itself is not [Gangolli67].
 enum class DistanceKind { absolute, circle, euclidean, angle, axis };
 
 constexpr bool is_between_unit_vectors(DistanceKind kind) {
