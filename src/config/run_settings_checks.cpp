@@ -6,6 +6,7 @@
 
 #include "config/run_settings.h"
 #include "noiseloom/samples/sample_space.h"
+#include "noiseloom/samples/space.h"
 
 namespace noiseloom::settings {
 namespace {
@@ -115,9 +116,15 @@ void check_construct(Reader& reader, const Value& root, const SampleSpec& spec) 
                           ? spec.distance == DistanceKind::absolute || spec.distance == DistanceKind::euclidean
                           : num_channels(spec) == 1 && distance_kind(spec, 1) == DistanceKind::absolute;
   if (scalar) return;
-  reader.fault(*samples, "texture.samples",
-               "with method = \"construct\" they must be scalars that are compared by their difference: uniform, tent, "
-               "gauss, or a file of one channel; method = \"anneal\" takes all");
+  std::string scalars;
+  for (const SampleSpace* space : sample_spaces()) {
+    if (space->traits().distance == DistanceKind::absolute) scalars += space->traits().name + ", ";
+  }
+  reader.fault(
+      *samples, "texture.samples",
+      fmt::format("with method = \"construct\" they must be scalars that are compared by their difference: {}or "
+                  "a file of one channel; method = \"anneal\" takes all",
+                  scalars));
 }
 
 // What `auto` stands for is known here, unless the samples are a list, and so is what does not go with it.

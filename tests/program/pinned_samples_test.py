@@ -87,6 +87,38 @@ CONFIGS = {
     "disk, table of two dimensions":
         'texture.size = { x = 17, y = 19 }\ntexture.samples = "disk"\n'
         'filter.groups = [{ axes = "xy", kernel = "table", file = "taps-3x2.npy" }]\n' + ANNEAL,
+    # Spaces with a density in closed form or with parameters, at hard ones too; axes.
+    "exponential, annealed":
+        'texture.size = { x = 23, y = 16 }\ntexture.samples = "exponential"\n' + GAUSS_2D + ANNEAL,
+    "cone, a narrow one, product over a deep axis":
+        'texture.size = { x = 13, y = 11, t = 16 }\ntexture.samples = { space = "cone", angle = 0.5 }\n' + BOX_EMA + ANNEAL,
+    "ggx, product over a deep axis":
+        'texture.size = { x = 14, y = 11, t = 16 }\ntexture.samples = "ggx"\n' + BOX_EMA + ANNEAL,
+    "ggx, smooth and grazing, product over a deep axis":
+        'texture.size = { x = 14, y = 11, t = 16 }\n'
+        'texture.samples = { space = "ggx", roughness = 0.001, view = 89 }\n' + BOX_EMA + ANNEAL,
+    "ring":
+        'texture.size = { x = 17, y = 19 }\ntexture.samples = { space = "ring", inner = 0.9 }\n' + GAUSS_2D + ANNEAL,
+    "hexagon":
+        'texture.size = { x = 17, y = 19 }\ntexture.samples = "hexagon"\n' + GAUSS_2D + ANNEAL,
+    "star of three points":
+        'texture.size = { x = 17, y = 19 }\n'
+        'texture.samples = { space = "star", points = 3, inner = 0.1 }\n' + GAUSS_2D + ANNEAL,
+    "star of sixteen points":
+        'texture.size = { x = 17, y = 19 }\n'
+        'texture.samples = { space = "star", points = 16, inner = 0.5 }\n' + GAUSS_2D + ANNEAL,
+    "gauss2":
+        'texture.size = { x = 17, y = 19 }\ntexture.samples = "gauss2"\n' + GAUSS_2D + ANNEAL,
+    "triangle":
+        'texture.size = { x = 17, y = 19 }\ntexture.samples = "triangle"\n' + GAUSS_2D + ANNEAL,
+    "axis, product over a deep axis":
+        'texture.size = { x = 14, y = 11, t = 16 }\ntexture.samples = "axis"\n' + BOX_EMA + ANNEAL,
+    "rotation, stbn":
+        'texture.size = { x = 16, y = 13, t = 3 }\ntexture.samples = "rotation"\n' + BOX_EMA +
+        'energy.value_kernel = "stbn"\n' + ANNEAL,
+    "rotation, double precision":
+        'texture.size = { x = 12, y = 13, t = 3 }\ntexture.samples = "rotation"\n' + BOX_EMA +
+        'optimizer.precision = "double"\n' + ANNEAL,
     # The user's own samples.
     "list of scalars, table of one dimension":
         'texture.size = { x = 8, y = 5, t = 3 }\ntexture.samples = { file = "scalars.npy", distance = "absolute" }\n'
@@ -143,6 +175,8 @@ CONFIGS = {
         'texture.size = { x = 8, y = 5, t = 4 }\ntexture.samples = { file = "scalars.npy" }\n'
         'filter.groups = [{ axes = "xy", kernel = "table", file = "taps-4.npy" }, { axes = "t", kernel = "box", size = 2 }]\n'
         + CONSTRUCT + 'optimizer.sharpness = 1.25\n',
+    "construct, exponential":
+        'texture.size = { x = 23, y = 19, t = 3 }\ntexture.samples = "exponential"\n' + GAUSS_2D + CONSTRUCT,
     "construct, blue noise":
         'texture.size = { x = 23, y = 19, t = 4 }\nfilter.combine = "sum"\n'
         'filter.groups = [{ axes = "xy", kernel = "gauss-energy" }, { axes = "t", kernel = "gauss-energy" }]\n' + CONSTRUCT,
