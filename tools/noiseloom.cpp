@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <climits>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -20,6 +19,7 @@
 #include "noiseloom/core/standard_streams.h"
 #include "noiseloom/files/run_file.h"
 #include "noiseloom_commands.h"
+#include "noiseloom_images.h"
 
 namespace noiseloom {
 namespace {
@@ -60,12 +60,7 @@ bool is_one_of(const std::string& word, const std::vector<std::string>& words) {
 // Replaces this process by noiseloom-study, installed beside this program.
 int run_study(char** argv) {
   if (!enough_address_space()) return exit_environment;
-  std::array<char, PATH_MAX> self{};
-  const ssize_t length = readlink("/proc/self/exe", self.data(), self.size() - 1);
-  if (length > 0) {
-    const std::filesystem::path beside = std::filesystem::path(self.data()).parent_path() / "noiseloom-study";
-    execv(beside.c_str(), argv);
-  }
+  if (const std::string beside = study_beside(); !beside.empty()) execv(beside.c_str(), argv);
   execvp("noiseloom-study", argv);
   print_error(fmt::format("noiseloom-study: {}; it belongs beside noiseloom\n", std::strerror(errno)));
   return exit_environment;
@@ -148,6 +143,7 @@ void print_faults(const std::string& faults) {
 int main(int argc, char** argv) {
   using namespace noiseloom;
   reserve_standard_streams();
+  let_study_decode_images();
   try {
     return run(argc, argv);
   } catch (const UserError& error) {

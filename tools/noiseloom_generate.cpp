@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdlib>
+#include <filesystem>
 #include <optional>
 
 #include "noiseloom/core/console.h"
@@ -14,6 +15,7 @@
 #include "noiseloom/run/generate.h"
 #include "noiseloom/run/stop_signals.h"
 #include "noiseloom_commands.h"
+#include "noiseloom_images.h"
 #include "noiseloom_options.h"
 
 namespace noiseloom {
@@ -134,8 +136,23 @@ int run_job(const Communicator& communicator, int argc, char** argv) {
 
 }  // namespace
 
+// A run that goes on has its images in its run file.
+void prepare_images(int argc, char** argv) {
+  GenerateRequest request;
+  ProgressKind kind = ProgressKind::silent;
+  try {
+    if (read_command_line(argc, argv, false, request, kind)) return;
+  } catch (const std::exception&) {
+    return;  // said when all ranks have read it
+  }
+  std::error_code unknown;
+  if (request.resume && std::filesystem::exists(request.output, unknown)) return;
+  decode_images_early(request.config, request.overrides);
+}
+
 int run_generate(int& argc, char**& argv) {
   note_stop_signals();
+  prepare_images(argc - 1, argv + 1);
   MpiSession session(argc, argv);
   note_stop_signals();
   const Communicator communicator = Communicator::world();

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "noiseloom/config/config.h"
+#include "noiseloom/config/inputs.h"
 #include "noiseloom/dist/communicator.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_options.h"
@@ -40,7 +41,8 @@ int run_plan(int argc, char** argv) {
       "in\n"
       "which it mostly lies.");
   if (const auto status = read_options(app, argc - 1, argv + 1)) return *status;
-  const RunConfig config = load_config(path, overrides);
+  RunConfig config = load_config(path, overrides);
+  if (config.problem.samples.is_image()) read_inputs(config);
   std::optional<MpiSession> session;  // these are measured with a communicator
   if (config.optimizer.method == Method::void_and_cluster || config.optimizer.method == Method::construct) {
     session.emplace(argc, argv);

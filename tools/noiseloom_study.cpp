@@ -15,6 +15,8 @@
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/standard_streams.h"
+#include "noiseloom/files/image_decoder.h"
+#include "noiseloom/image/colour.h"
 #include "noiseloom_options.h"
 
 namespace noiseloom {
@@ -36,12 +38,14 @@ std::string quoted(const std::string& word) {
 }
 
 int run(int argc, char** argv) {
+  set_image_decoder(read_colour);
   words_given.assign(argv + std::min(argc, 1), argv + argc);
   CLI::App app("Look at sampling-noise textures, score them, and turn run files into images", "noiseloom");
   app.require_subcommand(1);
   add_export(app);
   add_score(app);
   add_analyze(app);
+  add_pixels(app);
   int status = exit_done;
   add_accuracy(app, status);
   try {

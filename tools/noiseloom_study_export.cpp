@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "noiseloom/core/console.h"
@@ -38,7 +39,7 @@ void add_export(CLI::App& app) {
   auto* const command = app.add_subcommand("export", "Run file to images and arrays");
   const auto arguments = std::make_shared<ExportArguments>();
   ExportOptions& options = arguments->options;
-  command->add_option("RUN.h5", arguments->file, "Run file")->required();
+  command->add_option("RUN.h5", arguments->file, "Run file");
   command
       ->add_option("-o,--output", options.output,
                    "A file, a folder (made if missing), or a pattern such as out/noise_{slice:03}.png")
@@ -61,7 +62,12 @@ void add_export(CLI::App& app) {
       "--threshold", options.threshold,
       "The point set of a void-and-cluster mask at that density, above 0 and up to 1: black and white "
       "images,\nand the coordinates in their order (points_belowD.csv; with npy also .npy; csv: these alone)");
-  command->add_flag("--pdf", options.with_density, "Density, over its maximum, in the alpha channel");
+  command
+      ->add_option("--pdf", options.density,
+                   "Density, over its maximum: alpha (where the option stands alone), in that channel; separate, in "
+                   "images\nof one channel beside (NAME_pdf.png); none")
+      ->expected(0, 1)
+      ->default_str("alpha");
   command->add_flag("--overwrite", options.overwrite, "Replace files that exist");
   command->footer(
       "Values are stored as b = floor(256 u) (16 bit: 65536) and read back as u = (b + 0.5) / 256; u is the value, "
@@ -77,7 +83,16 @@ void add_export(CLI::App& app) {
       "  noiseloom export run.h5 -o noise.exr --layout exr-multipart       floats, one part a slice\n"
       "  noiseloom export mask.h5 -o points/ --threshold 0.1               the earliest tenth of the pixels, as "
       "points\n");
-  command->callback([arguments] { run_export(arguments->file, arguments->options); });
+  command->callback([arguments] {
+    // `--pdf run.h5`, where the option stands alone and the file follows it.
+    const std::string& density = arguments->options.density;
+    const bool is_word = density.empty() || density == "alpha" || density == "separate" || density == "none";
+    if (arguments->file.empty() && !is_word) {
+      arguments->file = std::exchange(arguments->options.density, "alpha");
+    }
+    if (arguments->file.empty()) throw UserError("command line", "RUN.h5 is required; see noiseloom export --help");
+    run_export(arguments->file, arguments->options);
+  });
 }
 
 }  // namespace noiseloom

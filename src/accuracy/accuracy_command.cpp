@@ -58,13 +58,20 @@ std::vector<std::string> PointCommands::overrides(const AccuracyPoint& point) co
   const std::string method = "optimizer.method=" + method_name(point.method);
   const std::string count = std::to_string(point.iterations);
   if (point.method != optimizer.method) {
-    if (!has_iterations(point.method))
-      return {fmt::format("optimizer={{ method = \"{}\" }}", method_name(point.method))};
+    if (point.iterations == 0) return {fmt::format("optimizer={{ method = \"{}\" }}", method_name(point.method))};
+    if (point.method == Method::construct)
+      return {fmt::format("optimizer={{ method = \"construct\", stop = {{ iterations = {} }} }}", count)};
     if (!has_iterations(optimizer.method) || !faults_with({method}).empty())
       return {
           fmt::format("optimizer={{ method = \"{}\", stop = {{ iterations = {} }}, precision = \"{}\", cutoff = {} }}",
                       method_name(point.method), count, optimizer.precision == Precision::float64 ? "double" : "float",
                       shortest_number(optimizer.cutoff))};
+  }
+  if (point.iterations == 0) {  // construction alone, of a config that anneals what it constructs
+    const std::string sharpness =
+        config_.construct.sharpness > 0 ? ", sharpness = " + shortest_number(config_.construct.sharpness) : "";
+    return {fmt::format("optimizer={{ method = \"construct\", density = {}{} }}",
+                        shortest_number(config_.construct.density), sharpness)};
   }
   std::vector<std::string> changes{method};
   if (point.iterations != optimizer.stop.iterations) changes.push_back("optimizer.stop.iterations=" + count);

@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::int64_t first_anneal = 25;    // then twice as many
 constexpr std::int64_t first_fast = 10;      // then 30, 100, 300, ...
+constexpr std::int64_t first_after = 100;    // of annealing after construction; then four times as many
 constexpr std::int64_t least_top = 25'600;   // these lines reach at least this far,
 constexpr std::int64_t beyond_default = 16;  // and this far beyond the config
 
@@ -33,6 +34,8 @@ std::vector<std::int64_t> line_iterations(Method method, std::int64_t own) {
   std::vector<std::int64_t> line;
   if (method == Method::anneal) {
     for (std::int64_t n = first_anneal; n <= top; n *= 2) line.push_back(n);
+  } else if (method == Method::construct) {
+    for (std::int64_t n = first_after; n <= top; n *= 4) line.push_back(n);
   } else {
     for (std::int64_t n = first_fast; n <= top; n *= 10) {
       line.push_back(n);
@@ -47,17 +50,19 @@ constexpr std::pair<Method, const char*> method_names[] = {{Method::anneal, "ann
                                                            {Method::construct, "construct"},
                                                            {Method::void_and_cluster, "void-and-cluster"}};
 
-// A method without iterations that is not the config's.
+// A method without iterations.
 AccuracyPoint method_point(Method method) { return {method, "method", method_name(method), 0, false}; }
 
 // The line of one method; on the config's own, the default stands among the others (first, where it has no count).
+// Construction stands alone first, and then with so many iterations of annealing after it.
 std::vector<AccuracyPoint> base_line(Method method, const RunConfig& config) {
-  const bool own = method == config.optimizer.method;
-  if (!has_iterations(method)) return {own ? AccuracyPoint{method, "", "", 0, true} : method_point(method)};
-  const std::int64_t default_iterations =
-      has_iterations(config.optimizer.method) ? config.optimizer.stop.iterations : 0;
+  const OptimizerSpec& optimizer = config.optimizer;
+  const bool own = method == optimizer.method;
+  if (method == Method::void_and_cluster) return {own ? AccuracyPoint{method, "", "", 0, true} : method_point(method)};
+  const std::int64_t default_iterations = optimizer.method == Method::void_and_cluster ? 0 : optimizer.stop.iterations;
   std::vector<AccuracyPoint> line;
   if (own) line.push_back({method, "", "", default_iterations, true});
+  if (method == Method::construct && !(own && optimizer.stop.is_none())) line.push_back(method_point(method));
   for (const std::int64_t n : line_iterations(method, default_iterations))
     if (!own || n != default_iterations) line.push_back({method, "iterations", std::to_string(n), n, false});
   std::stable_sort(line.begin(), line.end(),
@@ -214,7 +219,10 @@ std::vector<LeftOut> all_left_out(const AccuracyLadder& ladder, const std::vecto
 }
 
 // A default that stops by its score, say: nobody knows when, so it comes when all else is done.
-bool is_tried_last(const AccuracyPoint& point) { return has_iterations(point.method) && point.iterations == 0; }
+bool is_tried_last(const AccuracyLadder& ladder, const AccuracyPoint& point) {
+  return point.is_default && point.iterations == 0 && point.method != Method::void_and_cluster &&
+         !ladder.stop.is_none();
+}
 
 }  // namespace
 
@@ -245,7 +253,10 @@ std::string point_name(const AccuracyPoint& point) {
 
 std::string describe_point(const AccuracyPoint& point) {
   std::string text = method_name(point.method);
-  if (point.iterations > 0) text += fmt::format(", {} iteration{}", point.iterations, point.iterations == 1 ? "" : "s");
+  if (point.iterations > 0) {
+    text += fmt::format(", {}{} iteration{}", point.method == Method::construct ? "then " : "", point.iterations,
+                        point.iterations == 1 ? "" : "s");
+  }
   if (point.setting == "background_features")
     text += ", background features " + point.value;
   else if (point.is_knob())
@@ -255,7 +266,7 @@ std::string describe_point(const AccuracyPoint& point) {
 
 LadderTraits ladder_traits(const RunConfig& config, const SampleSource& source) {
   LadderTraits traits;
-  traits.scalar = source.channels() == 1 && source.distance() != DistanceKind::circle;
+  traits.constructs = scale_of(config.problem.samples, source.channels()).has_value();
   OptimizerSpec optimizer = config.optimizer;
   if (optimizer.background_features == 0) optimizer.background_features = OptimizerSpec{}.background_features;
   const Footprint footprint(config.problem.extents, config.problem.filter, optimizer.cutoff);
@@ -272,7 +283,7 @@ AccuracyLadder accuracy_ladder(const RunConfig& config, const LadderTraits& trai
   const OptimizerSpec& optimizer = config.optimizer;
   AccuracyLadder ladder{optimizer.method, optimizer.stop, runs, base_line(optimizer.method, config), {}, {}};
   for (const Method method : {Method::anneal, Method::fast, Method::construct}) {
-    if (method == ladder.method || (method == Method::construct && !traits.scalar)) continue;
+    if (method == ladder.method || (method == Method::construct && !traits.constructs)) continue;
     const std::vector<AccuracyPoint> line = base_line(method, config);
     ladder.lines.insert(ladder.lines.end(), line.begin(), line.end());
     if (ladder.method == Method::void_and_cluster && !config.order.bounded.empty())
@@ -302,7 +313,7 @@ void leave_out(AccuracyLadder& ladder, Method method, const std::string& reason)
 std::optional<double> predicted_seconds(const AccuracyLadder& ladder, const AccuracyPoint& point,
                                         const std::vector<TimedPoint>& done) {
   if (point.iterations == 0) {
-    if (!is_tried_last(point) || ladder.stop.time_s <= 0) return std::nullopt;
+    if (!is_tried_last(ladder, point) || ladder.stop.time_s <= 0) return std::nullopt;
     return ladder.runs * (ladder.stop.time_s * 1.05 + 0.5);  // start-up and the last sweep
   }
   // Of the other method, whose iterations may be far dearer, a single run promises nothing.
@@ -331,14 +342,14 @@ LadderStep next_step(const AccuracyLadder& ladder, const std::vector<TimedPoint>
     const auto seconds = predicted_seconds(ladder, point, done);
     if (!seconds) {
       // The first of a line is how its speed is found.
-      if (unknown == nullptr || (is_tried_last(*unknown) && !is_tried_last(point))) unknown = &point;
+      if (unknown == nullptr || (is_tried_last(ladder, *unknown) && !is_tried_last(ladder, point))) unknown = &point;
     } else if (*seconds + (point.is_default ? 0 : kept_s) <= left_s && (cheapest == nullptr || *seconds < cheapest_s)) {
       cheapest = &point;
       cheapest_s = *seconds;
     }
   }
   const bool may_try = unknown != nullptr && left_s - kept_s > 0;
-  if (may_try && (!is_tried_last(*unknown) || cheapest == nullptr)) return {*unknown, {}};
+  if (may_try && (!is_tried_last(ladder, *unknown) || cheapest == nullptr)) return {*unknown, {}};
   if (cheapest != nullptr) return {*cheapest, {}};
   return {std::nullopt, all_left_out(ladder, done, failed, pending, left_s)};
 }

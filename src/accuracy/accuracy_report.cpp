@@ -28,7 +28,7 @@ std::vector<const AccuracyRow*> by_seconds(const std::vector<AccuracyRow>& rows)
 }
 
 std::string short_note(const AccuracyPoint& point, std::int64_t iterations) {
-  if (!has_iterations(point.method)) return method_name(point.method);
+  if (iterations == 0) return method_name(point.method);
   if (!point.is_knob()) return std::to_string(iterations);
   if (point.setting == "precision") return point.value;
   return (point.setting == "cutoff" ? "cutoff " : "features ") + point.value;

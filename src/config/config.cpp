@@ -34,7 +34,7 @@ void settle_method(RunConfig& config, int channels) {
   OptimizerSpec& optimizer = config.optimizer;
   if (optimizer.method != Method::automatic) return;
   const ProblemSpec& problem = config.problem;
-  const bool constructs = channels == 1 && distance_kind(problem.samples, 1) == DistanceKind::absolute &&
+  const bool constructs = scale_of(problem.samples, channels).has_value() &&
                           problem.value_kernel.kind == ValueKernelKind::distance && config.start.file.empty();
   const ConstructSpec defaults;
   const bool asks_for_construction =

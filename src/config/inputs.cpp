@@ -6,17 +6,19 @@
 
 #include "noiseloom/core/extents.h"
 #include "noiseloom/files/npy.h"
+#include "noiseloom/samples/luminance.h"
 
 namespace noiseloom {
 namespace {
 
-enum class Contents { samples, taps };
+enum class Contents { samples, density, taps };
 
 // One file that a config names, and where the config keeps what it holds. `Config` is RunConfig or const RunConfig.
 template <class Config, class Visit>
 void for_each_file(Config& config, const Visit& visit) {
   auto& samples = config.problem.samples;
   if (samples.is_file()) visit("texture.samples.file", Contents::samples, samples.file, samples.array);
+  if (samples.is_image()) visit("texture.samples.image", Contents::density, samples.file, samples.array);
   auto& groups = config.problem.filter.groups;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     auto& kernel = groups[g].kernel;
@@ -58,12 +60,21 @@ std::string spelt(const RunConfig& config, const std::string& path) {
   return found == config.written_paths.end() ? path : found->second;
 }
 
-InputArrayPtr read(Contents contents, const std::string& path) {
+InputArrayPtr read(const RunConfig& config, Contents contents, const std::string& path) {
+  if (contents == Contents::density) return read_luminance(config.problem.samples);
   return contents == Contents::samples ? read_float_array(path) : read_double_array(path);
 }
 
+Contents contents_of(const std::string& key) {
+  if (key == "texture.samples.image") return Contents::density;
+  return key == "texture.samples.file" ? Contents::samples : Contents::taps;
+}
+
+bool are_floats(Contents contents) { return contents != Contents::taps; }
+
 bool is_of_type(Contents contents, const InputArray& array) {
-  return std::holds_alternative<std::vector<float>>(array.values) == (contents == Contents::samples);
+  return std::holds_alternative<std::vector<float>>(array.values) == are_floats(contents) &&
+         (contents != Contents::density || array.shape.size() == 2);
 }
 
 }  // namespace
@@ -73,7 +84,7 @@ void read_inputs(RunConfig& config) {
   for_each_file(config, [&](const std::string&, Contents contents, const std::string& path, InputArrayPtr& array) {
     if (array) return;
     try {
-      array = read(contents, path);
+      array = read(config, contents, path);
     } catch (const UserError& error) {
       faults.insert(faults.end(), error.faults().begin(), error.faults().end());
     }
@@ -96,10 +107,13 @@ std::uint64_t inputs_bytes(const RunConfig& config) {
                 [&](const std::string&, Contents contents, const std::string& path, const InputArrayPtr& array) {
                   constexpr std::uint64_t structure = 1024;
                   std::uint64_t values = 1;
-                  for (const std::int64_t size : array ? array->shape : read_npy_shape(path)) {
+                  const bool has_header = contents != Contents::density;  // an image is read whole
+                  for (const std::int64_t size : array        ? array->shape
+                                                 : has_header ? read_npy_shape(path)
+                                                              : read(config, contents, path)->shape) {
                     values *= narrow<std::uint64_t>(size);
                   }
-                  bytes += structure + values * (contents == Contents::samples ? sizeof(float) : sizeof(double));
+                  bytes += structure + values * (are_floats(contents) ? sizeof(float) : sizeof(double));
                 });
   return bytes;
 }
@@ -107,14 +121,18 @@ std::uint64_t inputs_bytes(const RunConfig& config) {
 void take_inputs(RunConfig& config, const std::vector<RunFileInput>& inputs, const std::string& path) {
   for_each_file(config, [&](const std::string&, Contents contents, const std::string& file, InputArrayPtr& array) {
     const std::string name = spelt(config, file);
-    const bool as_samples = contents == Contents::samples;
     const auto found = std::find_if(inputs.begin(), inputs.end(), [&](const RunFileInput& input) {
-      return input.file == name && (input.key == "texture.samples.file") == as_samples;
+      return input.file == name && contents_of(input.key) == contents;
     });
     if (found == inputs.end()) return;
     if (!is_of_type(contents, *found->array)) {
-      throw UserError(path, fmt::format("/inputs/{}: holds {}, but must be {}", found->key,
-                                        as_samples ? "float64" : "float32", as_samples ? "float32" : "float64"));
+      const bool holds_floats = std::holds_alternative<std::vector<float>>(found->array->values);
+      throw UserError(path,
+                      holds_floats != are_floats(contents)
+                          ? fmt::format("/inputs/{}: holds {}, but must be {}", found->key,
+                                        holds_floats ? "float32" : "float64", holds_floats ? "float64" : "float32")
+                          : fmt::format("/inputs/{}: has shape {}, but must be (height, width)", found->key,
+                                        npy_shape_text(found->array->shape)));
     }
     array = found->array;
   });
@@ -124,20 +142,28 @@ void for_each_input(RunConfig& config, const std::function<void(InputArrayPtr&)>
   for_each_file(config, [&](const std::string&, Contents, const std::string&, InputArrayPtr& array) { visit(array); });
 }
 
-std::vector<std::string> notes_on_inputs(const RunConfig& config) {
-  std::vector<std::string> notes;
-  for_each_file(
-      config, [&](const std::string& key, Contents contents, const std::string& path, const InputArrayPtr& array) {
-        if (contents != Contents::taps) return;
-        const InputArrayPtr held = array ? array : read(contents, path);
-        const auto& taps = std::get<std::vector<double>>(held->values);
-        const auto negative = std::count_if(taps.begin(), taps.end(), [](double tap) { return tap < 0; });
-        if (negative == 0) return;
-        notes.push_back(
-            fmt::format("{} = \"{}\": {} of {} taps are negative: the filter subtracts these neighbours, as one "
-                        "that sharpens does and one that blurs does not",
-                        key, spelt(config, path), negative, taps.size()));
-      });
+std::vector<InputNote> notes_on_inputs(const RunConfig& config) {
+  std::vector<InputNote> notes;
+  for_each_file(config, [&](const std::string& key, Contents contents, const std::string& path,
+                            const InputArrayPtr& array) {
+    const SampleSpec& samples = config.problem.samples;
+    if (contents == Contents::density && samples.encoding == ImageEncoding::unstated && may_hold_codes(path)) {
+      notes.push_back(
+          {"encoding", fmt::format("{} = \"{}\": its numbers are taken as light, as they are; for a picture that is "
+                                   "made to be looked at, encoding = \"srgb\" (\"linear\" says that they are light)",
+                                   key, spelt(config, path))});
+    }
+    if (contents != Contents::taps) return;
+    const InputArrayPtr held = array ? array : read(config, contents, path);
+    const auto& taps = std::get<std::vector<double>>(held->values);
+    const auto negative = std::count_if(taps.begin(), taps.end(), [](double tap) { return tap < 0; });
+    if (negative == 0) return;
+    notes.push_back(
+        {"negative taps",
+         fmt::format("{} = \"{}\": {} of {} taps are negative: the filter subtracts these neighbours, as one "
+                     "that sharpens does and one that blurs does not",
+                     key, spelt(config, path), negative, taps.size())});
+  });
   return notes;
 }
 
@@ -145,8 +171,10 @@ std::vector<std::string> changed_inputs(const RunConfig& config) {
   std::vector<std::string> changed;
   for_each_file(config,
                 [&](const std::string&, Contents contents, const std::string& path, const InputArrayPtr& array) {
+                  // An image is never read again by a run that goes on.
+                  if (contents == Contents::density) return;
                   try {
-                    if (array && *read(contents, path) != *array) changed.push_back(spelt(config, path));
+                    if (array && *read(config, contents, path) != *array) changed.push_back(spelt(config, path));
                   } catch (const std::exception&) {  // not there, no such file any more, or too large by now
                   }
                 });

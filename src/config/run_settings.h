@@ -20,8 +20,8 @@ extern const CustomType axes_type;  // names of axes of texture.size, into a vec
 extern const CustomType samples_type;
 // The built-in sample spaces, and "file".
 std::span<const Word> sample_words();
-// The rows, and behind those of texture.samples one for each parameter of a space.
-std::vector<Setting> with_parameters_of_samples(std::vector<Setting> rows);
+// The rows, and behind texture.size those of texture.samples: one for each parameter of a space among them.
+std::vector<Setting> with_rows_of_samples(std::vector<Setting> rows);
 // For the row of the space: its parameters are as they are where the config does not say.
 void take_initial_parameters(const Owners& owners);
 
@@ -29,6 +29,8 @@ void take_initial_parameters(const Owners& owners);
 void check_groups(Reader& reader, const Found& groups);
 void check_temperatures(Reader& reader, const Found& temperatures);
 void check_method(Reader& reader, const Value& root, const Owners& owners);
+// Nets need sizes that are powers of two.
+void check_sizes_of_nets(Reader& reader, const Value& root, const RunConfig& config);
 
 // The defaults of one kernel (gauss-energy has a wider sigma than gauss).
 KernelSpec default_kernel(KernelKind kind);

@@ -108,22 +108,30 @@ void check_temperatures(Reader& reader, const Found& found) {
 
 namespace {
 
+void check_start_of_circle(Reader& reader, const Value& root, const RunConfig& config) {
+  const Value* value = find_at(root, "optimizer.density");
+  if (value == nullptr || config.construct.density == ConstructSpec{}.density) return;
+  reader.fault(*value, "optimizer.density",
+               "is for samples that are compared by their difference: on a circle "
+               "construction starts from half of the pixels");
+}
+
 // Of a list from a file, only the file knows how many channels it has.
-void check_construct(Reader& reader, const Value& root, const SampleSpec& spec) {
+void check_construct(Reader& reader, const Value& root, const RunConfig& config) {
+  const SampleSpec& spec = config.problem.samples;
   const Value* samples = find_at(root, "texture.samples");
   if (samples == nullptr) return;
-  const bool scalar = spec.is_file()
-                          ? spec.distance == DistanceKind::absolute || spec.distance == DistanceKind::euclidean
-                          : num_channels(spec) == 1 && distance_kind(spec, 1) == DistanceKind::absolute;
-  if (scalar) return;
+  const std::optional<SampleScale> scale = scale_of(spec, spec.is_file() ? 1 : num_channels(spec));
+  if (scale == SampleScale::circle) check_start_of_circle(reader, root, config);
+  if (scale) return;
   std::string scalars;
   for (const SampleSpace* space : sample_spaces()) {
     if (space->traits().distance == DistanceKind::absolute) scalars += space->traits().name + ", ";
   }
   reader.fault(
       *samples, "texture.samples",
-      fmt::format("with method = \"construct\" they must be scalars that are compared by their difference: {}or "
-                  "a file of one channel; method = \"anneal\" takes all",
+      fmt::format("with method = \"construct\" they must be scalars that are compared by their difference ({}or a file "
+                  "of one channel) or \"circle\"; method = \"anneal\" takes all",
                   scalars));
 }
 
@@ -131,7 +139,7 @@ void check_construct(Reader& reader, const Value& root, const SampleSpec& spec) 
 void check_auto(Reader& reader, const Value& root, RunConfig& config) {
   if (config.problem.samples.is_file()) return;
   settle_method(config, num_channels(config.problem.samples));
-  if (config.optimizer.method != Method::anneal) return;
+  if (config.optimizer.method != Method::anneal) return check_construct(reader, root, config);
   for (const char* key : {"optimizer.density", "optimizer.sharpness"}) {
     const Value* value = find_at(root, key);
     if (value != nullptr) reader.fault(*value, key, "is for construction alone, but method = \"auto\" anneals here");
@@ -142,11 +150,12 @@ void check_auto(Reader& reader, const Value& root, RunConfig& config) {
 
 void check_method(Reader& reader, const Value& root, const Owners& owners) {
   RunConfig& config = owners.get<RunConfig>();
+  check_sizes_of_nets(reader, root, config);
   const bool may_construct =
       config.optimizer.method == Method::construct || config.optimizer.method == Method::automatic;
   if (may_construct && find_at(root, "optimizer.stop") == nullptr) config.optimizer.stop = StopSpec::none();
   if (config.optimizer.method == Method::automatic) return check_auto(reader, root, config);
-  if (config.optimizer.method == Method::construct) check_construct(reader, root, config.problem.samples);
+  if (config.optimizer.method == Method::construct) check_construct(reader, root, config);
   if (config.optimizer.method != Method::void_and_cluster) return;
   const Value* samples = find_at(root, "texture.samples");
   if (samples != nullptr && reader.decided("texture.samples.space") && config.problem.samples.space != "uniform") {

@@ -6,14 +6,6 @@
 namespace noiseloom::settings {
 namespace {
 
-constexpr Word distance_table[] = {
-    {"absolute", "|a - b| (one channel)", "abs scalar"},
-    {"circle", "around a circle of circumference 1 (one channel)", "toroidal wrap"},
-    {"euclidean", "length of the difference", "l2 length"},
-    {"angle", "angle between unit vectors (two to four channels)", "sphere angular"},
-    {"axis", "its sine, where a vector and its opposite are one (three or four channels)", "quaternion rotation line"},
-};
-
 constexpr Word combine_table[] = {
     {"product", "one filter over all axes: what a denoiser does that blurs in space and accumulates over time",
      "multiply separable"},
@@ -43,9 +35,10 @@ constexpr Word method_table[] = {
     {"fast", "the published algorithm of filter-adapted sampling, for comparison", "paper ea"},
     {"void-and-cluster", "pixels turned on one by one, each in the largest void: scalar blue noise masks",
      "vc vnc void-cluster voidandcluster void_and_cluster ulichney"},
-    {"construct", "scalars placed one by one, each slice for itself, in the largest void that the filter sees",
+    {"construct",
+     "scalars and circles placed one by one, each slice for itself, in the largest void that the filter sees",
      "construction constructive greedy"},
-    {"auto", "construct for scalars that are compared by their difference, anneal for all others", "automatic best"},
+    {"auto", "construct for scalars and circles, anneal for all others", "automatic best"},
 };
 
 constexpr Word precision_table[] = {
@@ -62,7 +55,6 @@ constexpr Word equalize_table[] = {
 constexpr double max_reach = 65536;
 constexpr double min_sigma = 0.001;
 
-constexpr Condition with_list = {"texture.samples.space", "file"};
 constexpr Condition with_kernel(std::string_view word) { return {"filter.groups[].kernel", word}; }
 constexpr Condition with_method(std::string_view word) { return {"optimizer.method", word}; }
 constexpr Condition with_swaps = {"optimizer.method", "anneal fast construct auto"};
@@ -87,33 +79,6 @@ std::vector<Setting> rows() {
        .unit = "pixels, slices",
        .required = true,
        .custom = &size_type},
-      {.key = "texture.samples",
-       .type = Type::custom,
-       .sentence = "The values that every slice holds, one from each of as many equal strata as it has pixels.",
-       .words = sample_words(),
-       .custom = &samples_type},
-      {.key = "texture.samples.space",
-       .type = Type::word,
-       .sentence = "The word, where parameters stand beside it: { space = \"cone\", angle = 30 }. A table with `file` "
-                   "needs none.",
-       .field = [](RunConfig& c) -> Field { return &c.problem.samples.space; },
-       .words = sample_words(),
-       .chosen = take_initial_parameters},
-      {.key = "texture.samples.file",
-       .type = Type::file,
-       .sentence =
-           "A .npy of shape [n] or [n, channels] for all slices, or with the number of slices in front; n pixels "
-           "in a slice; or of the texture's own shape, [slice axes..., y, x] or with the channels last. Read when a "
-           "run begins, and kept in its run file.",
-       .field = [](RunConfig& c) -> Field { return &c.problem.samples.file; },
-       .when = with_list,
-       .required = true},
-      {.key = "texture.samples.distance",
-       .type = Type::word,
-       .sentence = "How samples from a file are compared.",
-       .field = [](RunConfig& c) -> Field { return &c.problem.samples.distance; },
-       .words = distance_table,
-       .when = with_list},
       {.key = "texture.seed",
        .type = Type::integer,
        .sentence = "Another seed gives another texture of the same quality; the same seed gives the same bytes.",
@@ -230,9 +195,10 @@ std::vector<Setting> rows() {
       {.key = "optimizer", .type = Type::table, .sentence = "How it is made, and for how long."},
       {.key = "optimizer.method",
        .type = Type::word,
-       .sentence = "The algorithm. void-and-cluster needs samples \"uniform\" and gauss-energy kernels, and combine "
-                   "\"sum\" where there are several groups; construct needs samples of one channel that are not on a "
-                   "circle, and anneals what it has made where there is a stop rule.",
+       .sentence =
+           "The algorithm. void-and-cluster needs samples \"uniform\" and gauss-energy kernels, and combine "
+           "\"sum\" where there are several groups; construct needs samples of one channel, and anneals what it "
+           "has made where there is a stop rule.",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.method; },
        .words = method_table},
       {.key = "optimizer.stop",
@@ -346,7 +312,8 @@ std::vector<Setting> rows() {
        .when = with_method("void-and-cluster")},
       {.key = "optimizer.density",
        .type = Type::number,
-       .sentence = "Share of the pixels of a slice in the pattern that construction starts from.",
+       .sentence =
+           "Share of the pixels of a slice in the pattern that construction starts from (on a circle it is half).",
        .field = [](RunConfig& c) -> Field { return &c.construct.density; },
        .range = at_least(0, 0.5),
        .when = with_construction},
@@ -381,7 +348,7 @@ std::vector<Setting> rows() {
 }
 
 std::span<const Setting> all() {
-  static const std::vector<Setting> table = with_parameters_of_samples(rows());
+  static const std::vector<Setting> table = with_rows_of_samples(rows());
   return table;
 }
 

@@ -17,10 +17,14 @@ plane_simd::Shape shape_of(const Extents& extents) { return {extents.width(), ex
 
 }  // namespace
 
-PlaneField::PlaneField(const StampKernel& kernel, const VacTieHash& hash, std::uint64_t first_position)
+PlaneField::PlaneField(const StampKernel& kernel, const VacTieHash& hash, std::uint64_t first_position,
+                       Retiring retiring)
     : kernel_(kernel),
       hash_(hash),
       first_position_(first_position),
+      on_bits_(retiring == Retiring::yes ? vac_flag | vac_flag >> 1 : vac_flag),
+      retired_bit_(on_bits_ ^ vac_flag),
+      pickable_(std::uint32_t{1} << energy_bits(retiring)),
       cells_(narrow<std::uint32_t>(kernel.extents().cells_per_slice())),
       num_leaves_((cells_ + leaf_words - 1) / leaf_words),
       words_(allocate_words(num_leaves_ * leaf_words + vector_words)) {}
@@ -44,14 +48,14 @@ void PlaneField::act(const SliceStamp& stamp, bool on, std::span<const std::uint
 }
 
 void PlaneField::turn_on(std::uint32_t cell) {
-  words_[cell] |= vac_flag;
+  words_[cell] ^= on_bits_;
   plane_simd::add_stamps(shape_of(kernel_.extents()), kernel_.stamps()[0], kernel_.weights().data(), words_.get(), true,
                          {&cell, 1});
   look_again(cell);
 }
 
 void PlaneField::turn_off(std::uint32_t cell) {
-  words_[cell] &= ~vac_flag;
+  words_[cell] ^= on_bits_;
   plane_simd::add_stamps(shape_of(kernel_.extents()), kernel_.stamps()[0], kernel_.weights().data(), words_.get(),
                          false, {&cell, 1});
   look_again(cell);
@@ -171,7 +175,7 @@ std::optional<std::uint32_t> PlaneField::pick(VacView view) {
   if (bounds.stale) refresh(view);
   while (true) {
     const std::uint32_t least = plane_simd::least_of(bounds.branches.data(), bounds.branches.size());
-    if (least >= vac_flag) return std::nullopt;
+    if (least >= pickable_) return std::nullopt;
     std::optional<std::uint32_t> best;
     std::uint32_t best_hash = 0;
     for (std::size_t branch = 0; branch * branch_leaves < num_leaves_; ++branch) {

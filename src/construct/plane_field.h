@@ -21,10 +21,18 @@
 
 namespace noiseloom {
 
+// Whether pixels can be retired: then they are picked through neither view, and stay on or off. It takes a bit more of
+// a word: of a pixel that is retired, bit 30 is not as bit 31, and the other way round of one that is not. So either
+// view sees those that it may pick below 2^30, and all others above.
+enum class Retiring { no, yes };
+constexpr int energy_bits(Retiring retiring) { return retiring == Retiring::yes ? 30 : 31; }
+
 class PlaneField {
  public:
-  // Takes up memory; clear() comes first. The kernel must outlive the field. `first_position`: of cell 0, for ties.
-  PlaneField(const StampKernel& kernel, const VacTieHash& hash, std::uint64_t first_position);
+  // Takes up memory; clear() comes first. The kernel, whose energies must take no more than energy_bits(retiring), must
+  // outlive the field. `first_position`: of cell 0, for ties.
+  PlaneField(const StampKernel& kernel, const VacTieHash& hash, std::uint64_t first_position,
+             Retiring retiring = Retiring::no);
 
   // All off, and all energies those of an empty texture.
   void clear();
@@ -33,6 +41,8 @@ class PlaneField {
   // A pixel of this slice. Requires that it is off (on).
   void turn_on(std::uint32_t cell);
   void turn_off(std::uint32_t cell);
+  // A pixel that is turned on (off) right after it.
+  void retire(std::uint32_t cell) { words_[cell] ^= retired_bit_; }
   bool is_on(std::uint32_t cell) const { return (words_[cell] & vac_flag) != 0; }
   std::uint32_t word(std::uint32_t cell) const { return words_[cell]; }
 
@@ -70,6 +80,9 @@ class PlaneField {
   const StampKernel& kernel_;
   VacTieHash hash_;
   std::uint64_t first_position_;
+  std::uint32_t on_bits_;      // what turning a pixel on or off changes
+  std::uint32_t retired_bit_;  // 0 where none can be retired
+  std::uint32_t pickable_;     // views see the pixels that they may pick below this
   std::uint32_t cells_;
   std::size_t num_leaves_;
   VacWords words_;  // the plane, filled up to whole leaves, and a vector behind it

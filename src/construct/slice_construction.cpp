@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "construct/course.h"
 #include "construct/plane_field.h"
 #include "construct/stamp_kernel.h"
 #include "noiseloom/core/decimal.h"
@@ -15,13 +16,6 @@
 
 namespace noiseloom {
 namespace {
-
-// A visit picks one cell in so many. Of 64x64x32, gauss 1.3435 x ema, sharpness 1.4, R is 0.0466 with 256, 0.0462 with
-// 1024 and with 4096, which takes a third more time (construct_bench).
-constexpr std::int64_t cells_per_point = 1024;
-
-// What relaxing may take at most, in picks for each point of the start pattern. About 0.4 are usual.
-constexpr std::int64_t most_swaps_per_point = 4;
 
 // In a message, where a pick turns nothing off or nothing on.
 constexpr std::uint32_t no_cell = 0xFFFFFFFFU;
@@ -51,12 +45,6 @@ std::vector<std::uint32_t> start_pattern(std::uint64_t seed, SliceIndex slice, s
   return pattern;
 }
 
-// What the picks of one visit did.
-struct Changes {
-  std::vector<std::uint32_t> off;
-  std::vector<std::uint32_t> on;
-};
-
 // A slice that this rank owns, or that acts on one that it owns. What it did in its last two visits is kept until all
 // others have taken it in.
 struct HeldSlice {
@@ -67,16 +55,16 @@ struct HeldSlice {
 }  // namespace
 
 struct SliceConstruction::Impl {
-  Impl(const Footprint& overlap, const FilterSpec& filter, const ConstructSpec& spec_in, std::uint64_t seed_in,
-       const Communicator& communicator_in, ThreadPool& pool_in)
+  Impl(const Footprint& overlap, const FilterSpec& filter, SampleScale scale, const ConstructSpec& spec_in,
+       std::uint64_t seed_in, const Communicator& communicator_in, ThreadPool& pool_in)
       : extents(overlap.extents()),
         spec(spec_in),
         seed(seed_in),
         cells(extents.cells_per_slice()),
-        points(std::max<std::int64_t>(1, cells / cells_per_point)),
+        course(cells, scale),
         communicator(communicator_in),
         pool(pool_in),
-        kernel(extents, filter, spec.sharpness),
+        kernel(extents, filter, spec.sharpness, energy_bits(retiring())),
         hash(seed),
         classes(colour_classes(overlap)),
         distribution(extents.num_slices(), communicator.size(), communicator.rank()),
@@ -94,7 +82,7 @@ struct SliceConstruction::Impl {
     }
     std::vector<PlaneField> own;
     for (const SliceIndex slice : distribution.own_slices()) {
-      own.emplace_back(kernel, hash, static_cast<std::uint64_t>(cells) * static_cast<std::uint64_t>(slice));
+      own.emplace_back(kernel, hash, static_cast<std::uint64_t>(cells) * static_cast<std::uint64_t>(slice), retiring());
     }
     fields = IndexedVector<LocalSlice, PlaneField>(std::move(own));
   }
@@ -115,16 +103,17 @@ struct SliceConstruction::Impl {
     return result;
   }
 
-  // Brings the energies of all own slices to what is on: the pixels without a place that are marked so, or (filling)
-  // those that have a place.
+  // On a circle, pixels that have their place are on or off for good.
+  Retiring retiring() const { return course.is_circular() ? Retiring::yes : Retiring::no; }
+
+  // Brings the energies of all own slices to what is on.
   void compute_energies() {
     std::vector<std::vector<std::uint32_t>> on(held.size());
-    const bool filling = progress.phase == ConstructPhase::fill;
     pool.for_each(std::ssize(held), [&](std::int64_t index, int) {
       const auto k = static_cast<std::size_t>(index);
       const std::vector<std::uint32_t>& places = held[k].places;
       for (std::uint32_t cell = 0; cell < places.size(); ++cell) {
-        if (filling ? places[cell] < pixel_is_on : places[cell] == pixel_is_on) on[k].push_back(cell);
+        if (Course::is_on(progress, places[cell])) on[k].push_back(cell);
       }
       held[k].changes[0] = held[k].changes[1] = {};
     });
@@ -139,32 +128,40 @@ struct SliceConstruction::Impl {
         const SliceIndex from = extents.slice_at(slice, opposite(stamp.offset));
         field.act(stamp, true, on[held_index(from)]);
       }
+      if (progress.phase == ConstructPhase::exchange) retire_placed(held_slice(slice).places, field);
     });
-    for (PlaneField& field : fields) {
-      const bool relaxing = progress.phase == ConstructPhase::relax;
-      field.watch(relaxing || filling, relaxing || progress.phase == ConstructPhase::drain);
+    watch();
+  }
+  static void retire_placed(const std::vector<std::uint32_t>& places, PlaneField& field) {
+    for (std::uint32_t cell = 0; cell < places.size(); ++cell) {
+      if (places[cell] < pixel_is_on) field.retire(cell);
     }
   }
+  void watch() {
+    for (PlaneField& field : fields) field.watch(turns_on(), turns_off());
+  }
+  bool turns_on() const { return progress.phase != ConstructPhase::drain; }
+  bool turns_off() const { return progress.phase != ConstructPhase::spread && progress.phase != ConstructPhase::fill; }
   std::span<const SliceStamp> other_slices() const { return std::span(kernel.stamps()).subspan(1); }
 
   void enter(ConstructPhase phase) {
     progress.phase = phase;
     progress.rounds = 0;
-    if (!done()) compute_energies();
+    if (done()) return;
+    course.is_circular() ? watch() : compute_energies();  // on a circle what is on stays on
   }
 
   void start() {
-    progress = {.num_start_points = num_start_points(spec.density, cells)};
+    progress = course.start(num_start_points(spec.density, cells));
+    const std::int64_t num_drawn = course.is_circular() ? 0 : progress.num_start_points;
     const std::vector<SliceIndex> slices = indices();
     pool.for_each(std::ssize(slices), [&](std::int64_t index, int) {
       const auto k = static_cast<std::size_t>(index);
       std::vector<std::uint32_t>& places = held[k].places;
       std::fill(places.begin(), places.end(), pixel_is_off);
-      for (const std::uint32_t cell : start_pattern(seed, slices[k], cells, progress.num_start_points)) {
-        places[cell] = pixel_is_on;
-      }
+      for (const std::uint32_t cell : start_pattern(seed, slices[k], cells, num_drawn)) places[cell] = pixel_is_on;
     });
-    enter(ConstructPhase::relax);
+    compute_energies();
     skip_ended_phases();
   }
 
@@ -198,14 +195,15 @@ struct SliceConstruction::Impl {
     changes.off.clear();
     changes.on.clear();
     const bool relaxing = progress.phase == ConstructPhase::relax;
-    for (std::int64_t left = picks_of_visit(); left > 0; --left) {
+    if (progress.phase == ConstructPhase::exchange) return exchange_pixels(field, changes);
+    for (std::int64_t left = course.picks_of_visit(progress); left > 0; --left) {
       std::uint32_t from = no_cell;
-      if (progress.phase != ConstructPhase::fill) {
+      if (turns_off()) {
         from = field.pick(VacView::clusters).value();
         field.turn_off(from);
         if (!relaxing) changes.off.push_back(from);
       }
-      if (progress.phase == ConstructPhase::drain) continue;
+      if (!turns_on()) continue;
       const std::uint32_t to = field.pick(VacView::voids).value();
       field.turn_on(to);
       if (from == to) return;  // no swap is left
@@ -214,26 +212,18 @@ struct SliceConstruction::Impl {
     }
   }
 
-  std::int64_t picks_of_visit() const {
-    if (progress.phase == ConstructPhase::relax) return points;
-    const std::int64_t all = progress.phase == ConstructPhase::drain ? progress.num_start_points : cells;
-    return std::min(points, all - progress.num_placed);
-  }
-
-  // What a visit did to the places of its slice, here or at its owner. A pixel that is swapped on may be swapped off
-  // again in the same visit, so swaps go one by one.
-  void carry_out(const Changes& changes, std::vector<std::uint32_t>& places) const {
-    const bool relaxing = progress.phase == ConstructPhase::relax;
-    auto place = static_cast<std::uint32_t>(progress.num_placed);
-    for (std::size_t k = 0; k < std::max(changes.off.size(), changes.on.size()); ++k) {
-      if (relaxing) {
-        places[changes.off[k]] = pixel_is_off;
-        places[changes.on[k]] = pixel_is_on;
-      } else if (progress.phase == ConstructPhase::drain) {
-        places[changes.off[k]] = static_cast<std::uint32_t>(progress.num_start_points) - 1 - place++;
-      } else {
-        places[changes.on[k]] = place++;
+  // Where the number of pixels is odd, nothing is left to be turned off in the last step.
+  void exchange_pixels(PlaneField& field, Changes& changes) const {
+    for (std::int64_t left = course.picks_of_visit(progress); left > 0; --left) {
+      if (const auto from = field.pick(VacView::clusters)) {
+        field.retire(*from);
+        field.turn_off(*from);
+        changes.off.push_back(*from);
       }
+      const std::uint32_t to = field.pick(VacView::voids).value();
+      field.retire(to);
+      field.turn_on(to);
+      changes.on.push_back(to);
     }
   }
 
@@ -245,14 +235,15 @@ struct SliceConstruction::Impl {
       const SliceIndex slice = own[static_cast<std::size_t>(index)];
       HeldSlice& moved = held_slice(slice);
       visit(slice, moved.changes[parity()]);
-      carry_out(moved.changes[parity()], moved.places);
+      course.carry_out(progress, moved.changes[parity()], moved.places);
     });
     std::vector<SliceSwaps> told;
     for (const SliceIndex slice : own) {
       const Changes& changes = held_slice(slice).changes[parity()];
       const std::size_t picks = std::max(changes.on.size(), changes.off.size());
-      if (progress.phase == ConstructPhase::relax) num_swaps += static_cast<std::int64_t>(picks);
-      picks_done += static_cast<std::int64_t>(picks);
+      const bool relaxing = progress.phase == ConstructPhase::relax;
+      if (relaxing) num_swaps += std::ssize(changes.on);
+      picks_done += std::ssize(changes.on) + (relaxing ? 0 : std::ssize(changes.off));
       SliceSwaps& message = told.emplace_back();
       message.slice = slice;
       if (halo.listeners(slice).empty()) continue;
@@ -270,7 +261,7 @@ struct SliceConstruction::Impl {
         if (swap.a != no_cell) changes.off.push_back(swap.a);
         if (swap.b != no_cell) changes.on.push_back(swap.b);
       }
-      carry_out(changes, moved.places);
+      course.carry_out(progress, changes, moved.places);
     });
   }
 
@@ -280,36 +271,31 @@ struct SliceConstruction::Impl {
     for (const std::vector<SliceIndex>& moving : classes) move(moving);
     ++total_rounds;
     ++progress.rounds;
-    switch (progress.phase) {
-      case ConstructPhase::relax: {
-        communicator.sum(std::span(&num_swaps, 1));
-        progress.num_swaps += num_swaps;
-        const std::int64_t most_rounds = most_swaps_per_point * progress.num_start_points / points + 1;
-        if (num_swaps == 0 || progress.rounds >= most_rounds) enter(ConstructPhase::drain);
-        break;
-      }
-      case ConstructPhase::drain:
-        progress.num_placed = std::min(progress.num_placed + points, progress.num_start_points);
-        break;
-      default:
-        progress.num_placed = std::min(progress.num_placed + points, cells);
+    if (progress.phase == ConstructPhase::relax) {
+      communicator.sum(std::span(&num_swaps, 1));
+      progress.num_swaps += num_swaps;
+      if (num_swaps == 0 || progress.rounds >= course.most_rounds_of_relax(progress)) end_relaxing();
+    } else {
+      progress.num_placed = course.num_placed_after(progress);
     }
     skip_ended_phases();
   }
 
+  void end_relaxing() { enter(course.is_circular() ? ConstructPhase::exchange : ConstructPhase::drain); }
   void skip_ended_phases() {
-    if (progress.phase == ConstructPhase::relax && progress.num_start_points == 0) enter(ConstructPhase::drain);
-    if (progress.phase == ConstructPhase::drain && progress.num_placed == progress.num_start_points) {
-      enter(ConstructPhase::fill);
-    }
-    if (progress.phase == ConstructPhase::fill && progress.num_placed == cells) enter(ConstructPhase::done);
+    const std::int64_t points = progress.num_start_points;
+    if (progress.phase == ConstructPhase::spread && course.num_on(progress) == points) enter(ConstructPhase::relax);
+    if (progress.phase == ConstructPhase::relax && points == 0) end_relaxing();
+    if (progress.phase == ConstructPhase::drain && progress.num_placed == points) enter(ConstructPhase::fill);
+    const bool filling = progress.phase == ConstructPhase::fill || progress.phase == ConstructPhase::exchange;
+    if (filling && progress.num_placed == cells) enter(ConstructPhase::done);
   }
 
   const Extents extents;
   const ConstructSpec spec;
   const std::uint64_t seed;
   const std::int64_t cells;
-  const std::int64_t points;
+  const Course course;
   const Communicator& communicator;
   ThreadPool& pool;
   StampKernel kernel;
@@ -328,9 +314,10 @@ struct SliceConstruction::Impl {
   std::int64_t picks_done = 0;
 };
 
-SliceConstruction::SliceConstruction(const Footprint& overlap, const FilterSpec& filter, const ConstructSpec& spec,
-                                     std::uint64_t seed, const Communicator& communicator, ThreadPool& pool)
-    : impl_(std::make_unique<Impl>(overlap, filter, spec, seed, communicator, pool)) {}
+SliceConstruction::SliceConstruction(const Footprint& overlap, const FilterSpec& filter, SampleScale scale,
+                                     const ConstructSpec& spec, std::uint64_t seed, const Communicator& communicator,
+                                     ThreadPool& pool)
+    : impl_(std::make_unique<Impl>(overlap, filter, scale, spec, seed, communicator, pool)) {}
 SliceConstruction::~SliceConstruction() = default;
 
 void SliceConstruction::start() { impl_->start(); }
@@ -349,31 +336,11 @@ const std::vector<std::uint32_t>& SliceConstruction::places(SliceIndex slice) co
 }
 bool SliceConstruction::couples_slices() const { return impl_->kernel.stamps().size() > 1; }
 std::int64_t SliceConstruction::num_classes() const { return std::ssize(impl_->classes); }
-std::int64_t SliceConstruction::points_per_visit() const { return impl_->points; }
+std::int64_t SliceConstruction::points_per_visit() const { return impl_->course.points_per_visit(); }
 std::int64_t SliceConstruction::picks_done() const { return impl_->picks_done; }
 std::int64_t SliceConstruction::bytes_sent() const { return impl_->exchange.bytes_sent(); }
 std::int64_t SliceConstruction::messages_sent() const { return impl_->exchange.messages_sent(); }
 
-double SliceConstruction::fraction() const {
-  const ConstructProgress& now = impl_->progress;
-  const auto points = static_cast<double>(now.num_start_points);
-  const double relax = 0.5 * points;  // in picks
-  const double all = relax + 2 * points + (static_cast<double>(impl_->cells) - points);
-  double done = 0;
-  switch (now.phase) {
-    case ConstructPhase::relax:
-      done = std::min(relax, static_cast<double>(now.rounds * impl_->points));
-      break;
-    case ConstructPhase::drain:
-      done = relax + static_cast<double>(now.num_placed);
-      break;
-    case ConstructPhase::fill:
-      done = relax + points + static_cast<double>(now.num_placed);
-      break;
-    case ConstructPhase::done:
-      return 1;
-  }
-  return done / all;
-}
+double SliceConstruction::fraction() const { return impl_->course.fraction(impl_->progress); }
 
 }  // namespace noiseloom

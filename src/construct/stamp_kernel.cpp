@@ -120,12 +120,13 @@ class RowWriter {
 
 }  // namespace
 
-StampKernel::StampKernel(const Extents& extents, const FilterSpec& filter, double sharpness) : extents_(extents) {
+StampKernel::StampKernel(const Extents& extents, const FilterSpec& filter, double sharpness, int energy_bits)
+    : extents_(extents) {
   NOISELOOM_CHECK(sharpness > 0);
   Planes planes;
   double zero = std::abs(sharpened_planes(extents, filter, sharpness, planes));
   if (!(zero > 0)) zero = 1;
-  constexpr double limit = 0x1p31;
+  const double limit = std::ldexp(1.0, energy_bits);
   scale_log2_ = 30;
   while (magnitude(planes, std::ldexp(1.0, scale_log2_) / zero) >= limit) --scale_log2_;
   const double scale = std::ldexp(1.0, scale_log2_) / zero;

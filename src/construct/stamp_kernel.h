@@ -49,8 +49,9 @@ class StampKernel {
   // on at the other side of the plane is read in two parts, of which the second begins anywhere in it.
   static constexpr std::size_t vector_words = 16;
 
-  // Requires sharpness > 0. Reads table files where the spec does not hold their contents (UserError).
-  StampKernel(const Extents& extents, const FilterSpec& filter, double sharpness);
+  // Requires sharpness > 0. `energy_bits`: 31, or less where more bits of a word are wanted. Reads table files where
+  // the spec does not hold their contents (UserError).
+  StampKernel(const Extents& extents, const FilterSpec& filter, double sharpness, int energy_bits = 31);
 
   const Extents& extents() const { return extents_; }
   // By slice offset; the first is that of the slice itself, whose offset (0, 0) has weight 0. Stamps of other offsets

@@ -39,7 +39,7 @@ std::vector<int> three_sources(int channels) {
 }  // namespace
 
 std::optional<ValueRange> natural_range(const SampleSpec& samples) {
-  return samples.is_file() ? std::nullopt : sample_space(samples).traits().range;
+  return samples.is_file() ? std::nullopt : space_traits(samples).range;
 }
 
 ValueRange parse_range(const std::string& text) {

@@ -27,7 +27,9 @@ class SliceEncoder {
       channels_ = static_cast<std::size_t>(content.datasets[static_cast<std::size_t>(samples_)].channels);
     cells_ = static_cast<std::size_t>(content.extents.cells_per_slice());
     values_.resize(cells_ * channels_);
-    if (plan.with_density) find_largest_density();
+    if (std::any_of(plan.outputs.begin(), plan.outputs.end(), [](const ExportOutput& o) { return o.has_density(); })) {
+      find_largest_density();
+    }
   }
 
   double largest_density() const { return largest_density_; }
@@ -78,7 +80,7 @@ class SliceEncoder {
       read_points(slice);
     else
       reader_.read_slice(samples_, slice, std::as_writable_bytes(std::span(values_)));
-    if (plan_.with_density) read_density(slice);
+    if (output.has_density()) read_density(slice);
     const std::vector<int>& source = output.pixel.source;
     bytes_.resize(cells_ * source.size() * bytes_per_number(output.type));
     const bool clamped = output.container->numbers == StoredNumbers::unit;
@@ -147,14 +149,18 @@ std::string slices_text(const ContainerJob& job) {
   return fmt::format("slices {} to {}", job.first_slice, job.first_slice + job.num_slices - 1);
 }
 
-std::string description(const ExportPlan& plan, const ContainerJob& job, double largest_density) {
+std::string description(const ExportPlan& plan, const ExportOutput& output, const ContainerJob& job,
+                        double largest_density) {
   std::string text;
   if (plan.num_points) {
     text = fmt::format("point set, {} of {}; white: the {} pixels that come first of {}", slices_text(job),
                        job.extents.to_string(), *plan.num_points, job.extents.num_cells());
   } else {
-    text = fmt::format("sampling noise, {} of {}; samples {}; value = {}", slices_text(job), job.extents.to_string(),
-                       job.samples, job.decoding);
+    const bool of_density = output.has_density() && !plan.with_density;
+    text =
+        fmt::format("{}, {} of {}; samples {}; value = {}", of_density ? "density of sampling noise" : "sampling noise",
+                    slices_text(job), job.extents.to_string(), job.samples,
+                    of_density ? fmt::format("density / {}", largest_density) : job.decoding);
     if (plan.with_density) text += fmt::format("; alpha = density / {}", largest_density);
   }
   return job.unfinished.empty() ? text : text + "; " + job.unfinished;
@@ -176,7 +182,7 @@ void write_output(OutputFiles& files, const ExportPlan& plan, const ExportOutput
   job.decoding = decoding(plan, output.type);
   for (std::size_t f = 0; f < output.targets.size(); ++f) {
     job.first_slice = plan.begin + static_cast<SliceIndex>(f);
-    job.description = description(plan, job, encoder.largest_density());
+    job.description = description(plan, output, job, encoder.largest_density());
     writer->begin(output.targets[f], job);
     for (SliceIndex s = job.first_slice; s < job.first_slice + job.num_slices; ++s)
       writer->slice(s, encoder.slice(s, output));
@@ -192,6 +198,10 @@ std::string points_text(const ExportPlan& plan, const Extents& extents, SliceEnc
 }
 
 }  // namespace
+
+bool ExportOutput::has_density() const {
+  return std::find(pixel.source.begin(), pixel.source.end(), density_channel) != pixel.source.end();
+}
 
 std::string unfinished_run(const RunFileContent& content, const RunConfig& config) {
   const auto finished = content.state.find("finished");

@@ -80,6 +80,7 @@ class Planner {
     }
   }
   bool points_wanted() const { return !options_.threshold.empty(); }
+  bool density_wanted() const { return options_.density == "alpha" || options_.density == "separate"; }
 
   void choose_container() {
     if (options_.output == "-") {
@@ -171,7 +172,7 @@ class Planner {
     if (!points_wanted()) return;
     plan_.num_points = 1;
     if (const std::string why = why_order_cannot_be_read(content_); !why.empty()) faults_.push_back({name_, why});
-    if (options_.with_density) fault("--pdf: a point set (--threshold) has no density");
+    if (density_wanted()) fault("--pdf: a point set (--threshold) has no density");
     if (!options_.range.empty()) fault("--range: a point set (--threshold) holds black and white alone");
     const std::optional<DecimalFraction> fraction =
         parsed([&] { return std::optional(parse_fraction("--threshold", options_.threshold)); });
@@ -207,10 +208,13 @@ class Planner {
   }
 
   void choose_pixel() {
-    plan_.with_density = options_.with_density && !plan_.num_points;
+    if (!options_.density.empty() && options_.density != "none" && !density_wanted()) {
+      fault(fmt::format("--pdf {}: accepted: alpha, separate, none", options_.density));
+    }
+    plan_.with_density = options_.density == "alpha" && !plan_.num_points;
     const bool has_density = std::any_of(content_.datasets.begin(), content_.datasets.end(),
                                          [](const SliceDataset& dataset) { return dataset.name == "/pdf"; });
-    if (plan_.with_density && !has_density)
+    if (density_wanted() && !has_density)
       fault(fmt::format("--pdf: the density of samples \"{}\" is constant; the run file holds none",
                         problem_.samples.space));
     std::string why;
@@ -258,6 +262,7 @@ class Planner {
   void choose_targets() {
     name_main_output();
     plan_.outputs.push_back(main_);
+    if (options_.density == "separate") add_density_images();
     if (plan_.num_points) add_point_tables();
   }
 
@@ -291,6 +296,18 @@ class Planner {
     }
     for (SliceIndex s = plan_.begin; s < plan_.end; ++s)
       main_.targets.push_back(target(slice_file_name(naming_, stem, s, count, ending)));
+  }
+
+  // Beside each file of samples one of their densities, in one channel as the container holds scalars.
+  void add_density_images() {
+    ExportOutput beside = main_;
+    beside.pixel = container_->pixel(1, false);
+    std::replace(beside.pixel.source.begin(), beside.pixel.source.end(), 0, density_channel);
+    for (std::string& file : beside.targets) {
+      const fs::path path(file);
+      file = (path.parent_path() / (path.stem().string() + "_pdf" + path.extension().string())).string();
+    }
+    plan_.outputs.push_back(beside);
   }
 
   // Of a table in a folder, where several point sets may lie; beside a file with a name of its own, after that.

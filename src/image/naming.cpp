@@ -13,13 +13,11 @@ namespace {
 
 std::string nvidia_type(const SampleSpec& samples, bool has_order) {
   if (samples.is_file()) return "file";
-  const std::string& name = sample_space(samples).traits().nvidia_name;
+  const std::string name = space_traits(samples).nvidia_name;
   return has_order && name == "vec1" ? "scalar" : name;
 }
 
-std::string ea_space(const SampleSpec& samples) {
-  return samples.is_file() ? "file" : sample_space(samples).traits().ea_name;
-}
+std::string ea_space(const SampleSpec& samples) { return samples.is_file() ? "file" : space_traits(samples).ea_name; }
 
 // "1.0", "1.3435" with another text for the point; always with one decimal at least, as in the published names.
 std::string decimal(double value, const std::string& point) {

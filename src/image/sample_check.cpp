@@ -27,7 +27,7 @@ struct Rule {
 };
 
 Support support_of(const SampleSpec& samples) {
-  if (!samples.is_file()) return sample_space(samples).traits().support;
+  if (!samples.is_file()) return space_traits(samples).support;
   if (is_between_unit_vectors(samples.distance)) return Support::unit_vectors;
   return samples.distance == DistanceKind::circle ? Support::unit_interval : Support::line;
 }
@@ -124,7 +124,7 @@ void check_in_space(const Texture& texture, const SampleSpec& samples, double st
 bool may_be_sample(const SampleSpec& samples, std::span<const float> sample) {
   constexpr double smallest = 1e-18;           // of numbers that are not zero: what is not a float seldom lies near 1
   constexpr double largest_of_unbounded = 50;  // of the built-in spaces
-  const bool unbounded = !samples.is_file() && !sample_space(samples).traits().range;
+  const bool unbounded = !samples.is_file() && !space_traits(samples).range;
   for (const float v : sample) {
     const double size = std::fabs(static_cast<double>(v));
     if (!(size == 0 || (size > smallest && size < largest_value))) return false;

@@ -99,17 +99,17 @@ Deviation largest_deviation(const Texture& texture, int channel, const SampleSpa
 
 std::string distribution_warning(const Texture& texture, const SampleSpec& samples) {
   if (samples.is_file()) return "";
-  const SampleSpace& space = sample_space(samples);
+  const std::shared_ptr<const SampleSpace> space = space_of(samples);
   const double n = static_cast<double>(texture.extents.num_cells());
   const double bound = std::sqrt(std::log(2 * texture.channels / odds) / (2 * n));
   for (int c = 0; c < texture.channels; ++c) {
     const Moments moments = moments_of(texture, c);
     // An image holds numbers of an unbounded space as 0 to 1, over a range that nobody knows.
-    const bool coded = !space.traits().range && moments.least >= 0 && moments.largest <= 1 && moments.deviation > 0;
-    const Moments expected = coded ? moments_of(space, c) : Moments{};
+    const bool coded = !space->traits().range && moments.least >= 0 && moments.largest <= 1 && moments.deviation > 0;
+    const Moments expected = coded ? moments_of(*space, c) : Moments{};
     const double scale = coded ? moments.deviation / expected.deviation : 1;
     const Deviation worst =
-        largest_deviation(texture, c, space, coded ? moments.mean - scale * expected.mean : 0, scale);
+        largest_deviation(texture, c, *space, coded ? moments.mean - scale * expected.mean : 0, scale);
     if (worst.distance <= bound) continue;
     return fmt::format(
         "the values{} are not distributed as samples \"{}\" are: {:.3g} of them lie below {:.3g}, where {:.3g} belong; "

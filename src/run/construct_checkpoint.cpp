@@ -15,7 +15,7 @@
 namespace noiseloom {
 namespace {
 
-constexpr const char* construct_phase_names[] = {"relax", "drain", "fill", "done"};
+constexpr const char* construct_phase_names[] = {"spread", "relax", "drain", "fill", "exchange", "done"};
 constexpr const char* finished_word = "construction";
 constexpr int rows_of_places = 16;
 
@@ -66,7 +66,12 @@ void check_counts(const ConstructState& state, const RunConfig& config, const st
   const auto require = [&](bool sound, const char* name, const auto& value, const std::string& must) {
     faults.require(sound, fmt::format("/state/@{} = {}: {}", name, value, must));
   };
-  const std::int64_t points = decimal_of(config.construct.density).floor_of_times(cells);
+  const bool circular = scale_of(config.problem.samples, 1) == SampleScale::circle;
+  const std::int64_t points = circular ? cells / 2 : decimal_of(config.construct.density).floor_of_times(cells);
+  const bool of_circle = progress.phase == ConstructPhase::spread || progress.phase == ConstructPhase::exchange;
+  const bool of_line = progress.phase == ConstructPhase::drain || progress.phase == ConstructPhase::fill;
+  require(circular ? !of_line : !of_circle, "phase", fmt::format("\"{}\"", state.phase),
+          fmt::format("samples \"{}\" have no such phase", config.problem.samples.space));
   require(state.start_points == points, "start_points", state.start_points,
           fmt::format("the config asks for {}", points));
   require(state.ranked >= 0 && state.ranked % extents.num_slices() == 0 && placed <= cells, "ranked", state.ranked,
@@ -75,8 +80,12 @@ void check_counts(const ConstructState& state, const RunConfig& config, const st
   require(state.swaps >= 0 && state.swaps <= most_counted, "swaps", state.swaps, "must be a number of swaps");
   bool fits = true;
   switch (progress.phase) {
+    case ConstructPhase::spread:
     case ConstructPhase::relax:
       fits = placed == 0;
+      break;
+    case ConstructPhase::exchange:
+      fits = placed % 2 == 0;
       break;
     case ConstructPhase::drain:
       fits = placed <= points;
@@ -152,17 +161,24 @@ void add_construct_rows(const ConstructProgress& before, const ConstructProgress
     history.push_back({static_cast<double>(phase), static_cast<double>(after.num_swaps),
                        static_cast<double>(placed * extents.num_slices()), seconds});
   };
+  const auto is_on_circle = [](ConstructPhase phase) {
+    return phase == ConstructPhase::spread || phase == ConstructPhase::exchange;
+  };
+  const bool circular = is_on_circle(before.phase) || is_on_circle(after.phase);
+  const ConstructPhase last = circular ? ConstructPhase::exchange : ConstructPhase::fill;
+  const std::int64_t drained = circular ? 0 : after.num_start_points;
   const auto ended = [&](ConstructPhase phase) { return before.phase <= phase && after.phase > phase; };
-  if (ended(ConstructPhase::relax)) add(ConstructPhase::drain, 0);
-  if (ended(ConstructPhase::drain)) add(ConstructPhase::fill, after.num_start_points);
+  if (ended(ConstructPhase::spread)) add(ConstructPhase::relax, 0);
+  if (ended(ConstructPhase::relax)) add(circular ? ConstructPhase::exchange : ConstructPhase::drain, 0);
+  if (!circular && ended(ConstructPhase::drain)) add(ConstructPhase::fill, after.num_start_points);
   const std::int64_t cells = extents.cells_per_slice();
   for (int part = 1; part < rows_of_places; ++part) {
     const auto placed = static_cast<std::int64_t>(static_cast<__int128>(cells) * part / rows_of_places);
-    const bool passed = placed > after.num_start_points && after.num_placed >= placed &&
-                        (before.phase < ConstructPhase::fill || before.num_placed < placed);
-    if (passed && after.phase >= ConstructPhase::fill) add(ConstructPhase::fill, placed);
+    const bool passed =
+        placed > drained && after.num_placed >= placed && (before.phase < last || before.num_placed < placed);
+    if (passed && after.phase >= last) add(last, placed);
   }
-  if (ended(ConstructPhase::fill)) add(ConstructPhase::done, cells);
+  if (ended(last)) add(ConstructPhase::done, cells);
 }
 
 ConstructState construct_state(const RunFileContent& content, const std::string& path) {

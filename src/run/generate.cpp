@@ -136,7 +136,7 @@ void Generation::take_inputs() {
     });
   });
   if (!communicator_.is_root()) return;
-  for (const std::string& note : notes_on_inputs(config_)) progress_.warn(note);
+  for (const InputNote& note : notes_on_inputs(config_)) progress_.warn(note.text);
   if (!saved_.reader) return;
   for (const std::string& file : changed_inputs(config_)) {
     progress_.warn(fmt::format("{} has changed since the run began; it goes on with what it began with", file));

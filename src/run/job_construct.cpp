@@ -25,11 +25,12 @@ ConstructJob::ConstructJob(const RunConfig& config)
     : config_(config),
       source_(config.problem.samples, config.problem.extents.cells_per_slice(), config.problem.extents.num_slices(),
               config.problem.seed),
-      overlap_(config.problem.extents, config.problem.filter) {
-  if (source_.channels() == 1 && source_.distance() == DistanceKind::absolute) return;
+      overlap_(config.problem.extents, config.problem.filter),
+      scale_(scale_of(config.problem.samples, source_.channels())) {
+  if (scale_) return;
   throw UserError(config.problem.samples.file,
                   fmt::format("its samples have {} channels; method = \"construct\" takes scalars that are compared by "
-                              "their difference; method = \"anneal\" takes all",
+                              "their difference, and \"circle\"; method = \"anneal\" takes all",
                               source_.channels()));
 }
 
@@ -40,8 +41,9 @@ void ConstructJob::prepare(const Communicator& communicator, ThreadPool& pool) {
     naming_shortage("taking up filter and energies", [&] {
       spec_ = config_.construct;
       const ProblemSpec& problem = config_.problem;
-      if (spec_.sharpness == 0) spec_.sharpness = best_sharpness(try_sharpness(problem.extents, problem.filter));
-      run_.emplace(overlap_, problem.filter, spec_, problem.seed, communicator, pool);
+      if (spec_.sharpness == 0)
+        spec_.sharpness = best_sharpness(try_sharpness(problem.extents, problem.filter, *scale_));
+      run_.emplace(overlap_, problem.filter, *scale_, spec_, problem.seed, communicator, pool);
     });
   });
 }

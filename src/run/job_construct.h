@@ -48,6 +48,7 @@ class ConstructJob : public Job {
   const RunConfig& config_;
   SampleSource source_;
   Footprint overlap_;
+  std::optional<SampleScale> scale_;
   ConstructSpec spec_;  // with the sharpness that is used
   const Communicator* communicator_ = nullptr;
   ThreadPool* pool_ = nullptr;

@@ -101,14 +101,20 @@ Trial anneal(Twin twin, double iterations, ThreadPool& pool) {
 
 }  // namespace
 
-double extrapolated_error(double error_of_quarter, double error, double tried, double iterations) {
-  constexpr double lasting = 0.75;
+double extrapolated_error(double error_of_quarter, double error, double tried, double iterations, double lasting) {
   if (!(error < error_of_quarter) || iterations <= tried) return error;
   const double quadruplings = math::log(iterations / tried) / math::log(4);
   const double gain = math::log(error_of_quarter / error);
   // The sum of lasting^k for k = 1, 2, ..., quadruplings.
-  const double times = lasting * (1 - math::exp(quadruplings * math::log(lasting))) / (1 - lasting);
+  const double times =
+      lasting < 1 ? lasting * (1 - math::exp(quadruplings * math::log(lasting))) / (1 - lasting) : quadruplings;
   return error * math::exp(-gain * times);
+}
+
+double lasting_gain(double error_of_sixteenth, double error_of_quarter, double error) {
+  const double before = math::log(error_of_sixteenth / error_of_quarter);
+  const double last = math::log(error_of_quarter / error);
+  return before > 0 ? std::clamp(last / before, 0.5, 1.0) : 1;
 }
 
 Joining joining_of(double expected_ratio) {
@@ -137,9 +143,15 @@ Joining find_joining(const RunConfig& config, const SampleSource& source, const 
   const double affordable = share_of_trials / 1.25 * iterations * pixels / twin_pixels;
   const double most = std::clamp(longest, fewest_trial_iterations, most_trial_iterations);
   const double tried = std::min(iterations, std::clamp(affordable, fewest_trial_iterations, most));
-  const double quarter = anneal(twin, std::max(1.0, std::floor(tried / 4)), pool).relative_error;
-  const double error = anneal(twin, std::max(1.0, std::floor(tried)), pool).relative_error;
-  const double expected = extrapolated_error(quarter, error, tried, iterations);
+  const auto error_after = [&](double tried_iterations) {
+    return anneal(twin, std::max(1.0, std::floor(tried_iterations)), pool).relative_error;
+  };
+  const double quarter = error_after(tried / 4);
+  const double error = error_after(tried);
+  const double expected =
+      source.distance() == DistanceKind::circle
+          ? extrapolated_error(quarter, error, tried, iterations, lasting_gain(error_after(tried / 16), quarter, error))
+          : extrapolated_error(quarter, error, tried, iterations);
   return joining_of(question.given_error > 0 ? expected / question.given_error : 2);
 }
 

@@ -33,7 +33,13 @@ Joining find_joining(const RunConfig& config, const SampleSource& source, const 
 Joining joining_of(double expected_ratio);
 
 // What R falls to in `iterations`, where it came to `error_of_quarter` in a quarter of `tried` iterations and to
-// `error` in all of them: every four times as many gain three quarters of what the four times before gained.
-double extrapolated_error(double error_of_quarter, double error, double tried, double iterations);
+// `error` in all of them: every four times as many gain `lasting` of what the four times before gained.
+double extrapolated_error(double error_of_quarter, double error, double tried, double iterations,
+                          double lasting = 0.75);
+
+// How lasting gains are, of three trials, each four times as long as the one before: at least a half, at most all.
+// Scalars gain three quarters whatever the filter. On a circle they fall into order: 64x64, 100 to 25,600 iterations,
+// gauss 0.7 gains 0.31 0.41 0.67 0.72 (in ln R), box 3 0.24 0.11 0.01 0.00.
+double lasting_gain(double error_of_sixteenth, double error_of_quarter, double error);
 
 }  // namespace noiseloom

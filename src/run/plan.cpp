@@ -53,7 +53,9 @@ RunPlan plan_basis(const RunConfig& config, const PlanRequest& request) {
   plan.request = request;
   plan.idle_ranks = std::max(0, request.ranks - extents.num_slices());
   for (int axis = 0; axis < extents.num_axes(); ++axis) plan.axis_names.push_back(extents.name(axis));
-  for (std::string& note : notes_on_inputs(config)) plan.effects.push_back({"negative taps", true, std::move(note)});
+  for (InputNote& note : notes_on_inputs(config)) {
+    plan.effects.push_back({std::move(note.subject), true, std::move(note.text)});
+  }
   return plan;
 }
 

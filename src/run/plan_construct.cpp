@@ -43,12 +43,12 @@ Extents reduced(const Extents& extents) {
 }
 
 // Seconds a pixel and slice that a pick acts on.
-double measured_pick(const Extents& extents, const FilterSpec& filter, const ConstructSpec& spec) {
+double measured_pick(const Extents& extents, const FilterSpec& filter, SampleScale scale, const ConstructSpec& spec) {
   const Extents small = reduced(extents);
   const Communicator alone = Communicator::self();
   ThreadPool pool(1);
   const Footprint overlap(small, filter);
-  SliceConstruction run(overlap, filter, spec, 1, alone, pool);
+  SliceConstruction run(overlap, filter, scale, spec, 1, alone, pool);
   const std::clock_t begun = std::clock();
   const auto elapsed_s = [begun] { return static_cast<double>(std::clock() - begun) / CLOCKS_PER_SEC; };
   run.start();
@@ -62,9 +62,9 @@ struct Sharpness {
   std::string why;
 };
 
-Sharpness sharpness_of(const RunConfig& config) {
+Sharpness sharpness_of(const RunConfig& config, SampleScale scale) {
   if (config.construct.sharpness > 0) return {config.construct.sharpness, "as the config says"};
-  const std::vector<SharpnessTrial> trials = try_sharpness(config.problem.extents, config.problem.filter);
+  const std::vector<SharpnessTrial> trials = try_sharpness(config.problem.extents, config.problem.filter, scale);
   const double best = best_sharpness(trials);
   if (asks_for_blue_noise(config.problem.filter)) return {best, "gauss-energy asks for blue noise"};
   if (trials.empty()) return {best, "the filter reaches no other pixel of a slice"};
@@ -72,11 +72,12 @@ Sharpness sharpness_of(const RunConfig& config) {
     return std::find_if(trials.begin(), trials.end(), [&](const auto& trial) { return trial.sharpness == sharpness; })
         ->relative_error;
   };
-  return {best, fmt::format("found on a small slice, R {:.4f} there; the overlap itself, power 1: {:.4f}",
+  return {best, fmt::format("found on a small texture, R {:.4f} there; the overlap itself, power 1: {:.4f}",
                             error_at(best), error_at(1))};
 }
 
-void describe(const RunConfig& config, const FilterOutline& outline, const Sharpness& sharpness, RunPlan& plan) {
+void describe(const RunConfig& config, const FilterOutline& outline, SampleScale scale, const Sharpness& sharpness,
+              RunPlan& plan) {
   const Extents& extents = config.problem.extents;
   plan.method = "construct";
   plan.filter.taps = plan.filter.judged_taps = outline.num_taps;
@@ -97,8 +98,12 @@ void describe(const RunConfig& config, const FilterOutline& outline, const Sharp
   effect("colour classes", plan.num_classes > 1,
          plan.num_classes > 1 ? fmt::format("{}, one after another", plan.num_classes) : "all slices move at once");
   effect("sharpening", sharpness.value != 1, fmt::format("power {:g} in space: {}", sharpness.value, sharpness.why));
-  effect("start pattern", config.construct.density > 0,
-         fmt::format("{:g} % of the pixels of every slice, relaxed by swaps", 100 * config.construct.density));
+  if (scale == SampleScale::circle) {
+    effect("start pattern", true, "half of the pixels of every slice, put into voids and relaxed by swaps");
+  } else {
+    effect("start pattern", config.construct.density > 0,
+           fmt::format("{:g} % of the pixels of every slice, relaxed by swaps", 100 * config.construct.density));
+  }
 }
 
 }  // namespace
@@ -109,15 +114,14 @@ RunPlan plan_construct(const RunConfig& config, const PlanRequest& request) {
   const FilterOutline outline = outline_of(extents, config.problem.filter, 0);
   const auto classes = colour_classes(outline.slices);
   plan.num_classes = std::ssize(classes);
-  const Sharpness sharpness = sharpness_of(config);
-  describe(config, outline, sharpness, plan);
+  const SampleScale scale = scale_of(config.problem.samples, 1).value();
+  const Sharpness sharpness = sharpness_of(config, scale);
+  describe(config, outline, scale, sharpness, plan);
 
   std::vector<Extents::SliceCoord> offsets;
   for (const SliceTaps& slice : outline.slices.slices()) offsets.push_back(slice.offset);
   const Partition partition(extents.num_slices(), request.ranks);
   const std::vector<Rank> looked_at = ranks_to_look_at(request.ranks);
-  const bool has_pdf =
-      !config.problem.samples.is_file() && !sample_space(config.problem.samples).traits().has_constant_density;
   double told = 0;
   double messages = 0;
   for (const Rank rank : looked_at) {
@@ -141,13 +145,13 @@ RunPlan plan_construct(const RunConfig& config, const PlanRequest& request) {
 
   std::vector<SliceDataset> datasets = {{"/samples", ElementType::float32, 1, true},
                                         {"/state/permutation", ElementType::uint32, 1, false}};
-  if (has_pdf) datasets.push_back({"/pdf", ElementType::float32, 1, false});
+  if (has_pdf(config.problem.samples)) datasets.push_back({"/pdf", ElementType::float32, 1, false});
   add_file_sizes(config, datasets, plan);
 
   ConstructSpec spec = config.construct;
   spec.sharpness = sharpness.value;
   const double slices_acted_on = as_double(plan.filter.coupled_slices) + 1;
-  const double pick_s = measured_pick(extents, config.problem.filter, spec) * slices_acted_on;
+  const double pick_s = measured_pick(extents, config.problem.filter, scale, spec) * slices_acted_on;
   PlanTime& time = plan.time;
   time.stop = "construction";
   time.candidate_us = pick_s * 1e6;

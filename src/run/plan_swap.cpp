@@ -64,8 +64,7 @@ Samples samples_of(const ProblemSpec& problem) {
     shared = file_values == as_double(n * channels);
     spec.channels = static_cast<int>(std::clamp<std::int64_t>(channels, 1, 8));
   }
-  const bool has_pdf = !spec.is_file() && !sample_space(spec).traits().has_constant_density;
-  return {num_channels(spec), distance_kind(spec, num_channels(spec)), has_pdf, file_values, shared};
+  return {num_channels(spec), distance_kind(spec, num_channels(spec)), has_pdf(spec), file_values, shared};
 }
 
 class SwapPlan {

@@ -35,9 +35,9 @@ std::uint32_t below(std::uint32_t hi, std::uint32_t lo, std::uint64_t bound) {
 
 }  // namespace
 
-int num_channels(const SampleSpec& spec) {
-  return spec.is_file() ? spec.channels : sample_space(spec).traits().channels;
-}
+bool has_pdf(const SampleSpec& spec) { return !spec.is_file() && !space_traits(spec).has_constant_density; }
+
+int num_channels(const SampleSpec& spec) { return spec.is_file() ? spec.channels : space_traits(spec).channels; }
 
 int num_channels(const SampleSpec& spec, std::int64_t cells_per_slice, SliceIndex num_slices) {
   if (!spec.is_file()) return num_channels(spec);
@@ -46,7 +46,7 @@ int num_channels(const SampleSpec& spec, std::int64_t cells_per_slice, SliceInde
 }
 
 DistanceKind distance_kind(const SampleSpec& spec, int channels) {
-  if (!spec.is_file()) return sample_space(spec).traits().distance;
+  if (!spec.is_file()) return space_traits(spec).distance;
   return spec.distance == DistanceKind::euclidean && channels == 1 ? DistanceKind::absolute : spec.distance;
 }
 
@@ -72,13 +72,13 @@ struct SampleSource::Impl {
   std::int64_t cells_per_slice;
   SliceIndex num_slices;
   std::uint64_t seed;
+  std::shared_ptr<const SampleSpace> space;  // null for a file
   std::optional<SampleFile> file;
-  const SampleSpace* space = nullptr;  // unless it is a file
 };
 
 SampleSource::SampleSource(const SampleSpec& spec, std::int64_t cells_per_slice, SliceIndex num_slices,
                            std::uint64_t seed)
-    : impl_(std::make_unique<Impl>(Impl{spec, cells_per_slice, num_slices, seed, {}, nullptr})) {
+    : impl_(std::make_unique<Impl>(Impl{spec, cells_per_slice, num_slices, seed, {}, {}})) {
   NOISELOOM_CHECK_LE(1, cells_per_slice);
   NOISELOOM_CHECK_LE(1, num_slices);
   if (spec.is_file()) {
@@ -86,7 +86,7 @@ SampleSource::SampleSource(const SampleSpec& spec, std::int64_t cells_per_slice,
     impl_->file.emplace(array, spec.file, spec.distance, cells_per_slice, num_slices);
     impl_->spec.channels = impl_->file->channels();
   } else {
-    impl_->space = &sample_space(spec);
+    impl_->space = space_of(spec);
   }
 }
 
@@ -109,13 +109,13 @@ std::vector<float> SampleSource::list(SliceIndex slice) const {
   const int dimensions = space.traits().dimensions;
   std::vector<float> list(static_cast<std::size_t>(impl_->cells_per_slice) *
                           static_cast<std::size_t>(space.traits().channels));
-  space.list(
-      impl_->cells_per_slice,
+  space.list_of_slice(
+      impl_->cells_per_slice, slice, impl_->seed,
       [&](std::int64_t id, double* jitter) { draw_jitter(impl_->seed, slice, id, dimensions, jitter); }, list.data());
   return list;
 }
 
-bool SampleSource::has_pdf() const { return impl_->space != nullptr && !impl_->space->traits().has_constant_density; }
+bool SampleSource::has_pdf() const { return impl_->space && !impl_->space->traits().has_constant_density; }
 
 double SampleSource::pdf(const float* sample) const { return impl_->space->density(sample); }
 

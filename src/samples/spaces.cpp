@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "noiseloom/core/error.h"
+#include "samples/space_image.h"
 
 namespace noiseloom {
 namespace {
@@ -43,6 +44,7 @@ std::vector<Row> make_rows() {
   rows.emplace_back(star_family());
   rows.emplace_back(gauss2_space());
   rows.emplace_back(triangle_space());
+  rows.emplace_back(sobol_family());
   return rows;
 }
 
@@ -92,6 +94,15 @@ const SampleSpace& sample_space(const SampleSpec& spec) {
   SpacePtr& space = made[{spec.space, spec.parameters}];
   if (!space) space = row->family.make(row->family.traits, spec.parameters);
   return *space;
+}
+
+std::shared_ptr<const SampleSpace> space_of(const SampleSpec& spec) {
+  if (spec.is_image()) return shared_image_space(spec);
+  return {std::shared_ptr<void>(), &sample_space(spec)};  // the table owns it
+}
+
+SpaceTraits space_traits(const SampleSpec& spec) {
+  return spec.is_image() ? image_space_traits(spec.onto) : sample_space(spec).traits();
 }
 
 }  // namespace noiseloom

@@ -36,5 +36,6 @@ SpacePtr triangle_space();
 SpaceFamily ring_family();
 SpacePtr hexagon_space();
 SpaceFamily star_family();
+SpaceFamily sobol_family();
 
 }  // namespace noiseloom

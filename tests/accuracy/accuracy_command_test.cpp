@@ -34,7 +34,7 @@ TEST(AccuracyCommand, ChangesTheMethodOfAConfigWithKeysOfItsOwn) {
   options.folder = "out";
   options.overrides = {"texture.seed=5"};
   const RunConfig config = load_config(path, options.overrides);
-  AccuracyLadder ladder = accuracy_ladder(config, {.scalar = true});
+  AccuracyLadder ladder = accuracy_ladder(config, {.constructs = true});
   const PointCommands commands(options, config);
   commands.check(ladder);
   const PointCommand fast = commands.command({Method::fast, "iterations", "30", 30, false});
@@ -49,6 +49,27 @@ TEST(AccuracyCommand, ChangesTheMethodOfAConfigWithKeysOfItsOwn) {
                 "optimizer.stop.iterations=50 --set texture.seed=7 -o out/runs/anneal-50-seed-7.h5 --progress none");
   EXPECT_THAT(commands.command({Method::construct, "method", "construct", 0, false}).shown,
               HasSubstr(" --set 'optimizer={ method = \"construct\" }' -o out/runs/construct.h5 "));
+  EXPECT_THAT(commands.command({Method::construct, "iterations", "400", 400, false}).shown,
+              HasSubstr(" --set 'optimizer={ method = \"construct\", stop = { iterations = 400 } }' -o "
+                        "out/runs/construct-400.h5 "));
+}
+
+TEST(AccuracyCommand, TakesAnnealingFromAConfigThatConstructsFirst) {
+  const TemporaryFolder folder;
+  AccuracyOptions options;
+  options.config = folder / "c.toml";
+  options.folder = "out";
+  write_bytes(options.config,
+              "[texture]\nsize = { x = 8, y = 8 }\n[filter]\ngroups = [ { axes = \"xy\", kernel = \"box\", size = 3 } "
+              "]\n[optimizer]\ndensity = 0.1\nsharpness = 1.25\nstop = { time = \"10s\" }\n");
+  const RunConfig config = load_config(options.config, {});
+  AccuracyLadder ladder = accuracy_ladder(config, {.constructs = true});
+  const PointCommands commands(options, config);
+  commands.check(ladder);
+  EXPECT_THAT(commands.command({Method::construct, "method", "construct", 0, false}).shown,
+              HasSubstr("'optimizer={ method = \"construct\", density = 0.1, sharpness = 1.25 }'"));
+  EXPECT_THAT(commands.command({Method::construct, "iterations", "100", 100, false}).shown,
+              HasSubstr(" --set optimizer.method=construct --set optimizer.stop.iterations=100 -o "));
 }
 
 TEST(AccuracyCommand, LeavesOutMethodsThatTheConfigCannotHave) {
@@ -59,7 +80,7 @@ TEST(AccuracyCommand, LeavesOutMethodsThatTheConfigCannotHave) {
   const auto checked = [&](const std::string& text) {
     write_bytes(options.config, text);
     const RunConfig config = load_config(options.config, {});
-    AccuracyLadder ladder = accuracy_ladder(config, {.scalar = true});
+    AccuracyLadder ladder = accuracy_ladder(config, {.constructs = true});
     PointCommands(options, config).check(ladder);
     return ladder;
   };

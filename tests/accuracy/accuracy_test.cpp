@@ -33,7 +33,7 @@ RunConfig config_with(const std::string& optimizer) {
 AccuracyLadder ladder_of(const std::string& optimizer, bool background = true, bool scalar = false, int runs = 1) {
   const bool named = optimizer.find("method") != std::string::npos;
   return accuracy_ladder(config_with((named ? "" : "method = \"anneal\"\n") + optimizer),
-                         {.scalar = scalar, .background = background, .exact_cost = background ? 10.0 : 1.0}, runs);
+                         {.constructs = scalar, .background = background, .exact_cost = background ? 10.0 : 1.0}, runs);
 }
 
 std::vector<std::int64_t> iterations_of(const AccuracyLadder& ladder, Method method) {
@@ -91,31 +91,39 @@ TEST(AccuracyLadder, ChangesEachSettingAwayFromTheConfigs) {
 }
 
 TEST(AccuracyLadder, ComparesMethodsThatMakeTheSameKindOfTexture) {
-  // Construction is one point, and is tried as soon as there is time.
+  // Construction alone is one point, and is tried as soon as there is time.
   const AccuracyLadder anneal = ladder_of("stop = { iterations = 1000 }\n", true, true);
-  EXPECT_THAT(names_of(anneal.lines), AllOf(Contains("construct"), Contains("anneal-25"), Contains("fast-10")));
+  EXPECT_THAT(names_of(anneal.lines),
+              AllOf(Contains("construct"), Contains("construct-400"), Contains("anneal-25"), Contains("fast-10")));
   std::vector<TimedPoint> done;
   climb(anneal, 3, 1e-3, done);
   EXPECT_TRUE(
       std::any_of(done.begin(), done.end(), [](const auto& run) { return point_name(run.point) == "construct"; }));
   EXPECT_THAT(names_of(ladder_of("", true, false).lines), Not(Contains("construct")));
+  EXPECT_EQ(describe_point({Method::construct, "iterations", "400", 400, false}), "construct, then 400 iterations");
   // A config of construction has no iterations of its own and no settings of swaps.
   const AccuracyLadder construct = ladder_of("method = \"construct\"\n", true, true);
   EXPECT_EQ(point_name(construct.default_point()), "default");
   EXPECT_THAT(names_of(construct.lines),
               AllOf(Contains("anneal-1600"), Contains("fast-300"), Not(Contains("construct"))));
+  EXPECT_THAT(names_of(construct.lines), Contains("construct-25600"));
   EXPECT_THAT(construct.knobs, IsEmpty());
+  const AccuracyLadder annealed = ladder_of("method = \"construct\"\nstop = { iterations = 400 }\n", true, true);
+  EXPECT_EQ(annealed.default_point().iterations, 400);
+  EXPECT_THAT(iterations_of(annealed, Method::construct), ElementsAre(0, 100, 400, 1600, 6400, 25600));
+  const AccuracyLadder timed = ladder_of("method = \"construct\"\nstop = { time = 30 }\n", true, true);
+  EXPECT_EQ(predicted_seconds(timed, timed.default_point(), {}), 32);
   done.clear();
   EXPECT_THAT(climb(construct, 1e9, 1e-3, done).left_out, IsEmpty());
   EXPECT_TRUE(done.front().point.is_default);
 }
 
 TEST(AccuracyLadder, ComparesAMaskWithOthersThatWrapAround) {
-  const AccuracyLadder mask = accuracy_ladder(parse_config(order_config, "m.toml", "", {}), {.scalar = true});
+  const AccuracyLadder mask = accuracy_ladder(parse_config(order_config, "m.toml", "", {}), {.constructs = true});
   EXPECT_EQ(mask.default_point().method, Method::void_and_cluster);
   EXPECT_THAT(names_of(mask.lines), AllOf(Contains("anneal-25"), Contains("fast-10"), Contains("construct")));
   const AccuracyLadder bounded =
-      accuracy_ladder(parse_config(order_config + "bounded = \"t\"\n", "m.toml", "", {}), {.scalar = true});
+      accuracy_ladder(parse_config(order_config + "bounded = \"t\"\n", "m.toml", "", {}), {.constructs = true});
   EXPECT_THAT(names_of(bounded.lines), ElementsAre("default"));
   std::vector<TimedPoint> done;
   const LadderStep end = climb(bounded, 100, 1e-3, done);

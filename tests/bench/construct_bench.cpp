@@ -1,7 +1,7 @@
 // Times construction, start-up included, and scores what it made: R of the places as 8 bits, (floor(256 (r + 0.5) / n)
 // + 0.5) / 256.
-//   [mpirun -n RANKS] construct_bench SIZES PRODUCT|SUM GROUP... [--sharpness P (else found)] [--density D] [--threads
-//   N] [--seed S]
+//   [mpirun -n RANKS] construct_bench SIZES PRODUCT|SUM GROUP... [--circle] [--sharpness P (else found)]
+//   [--density D] [--threads N] [--seed S]
 // e.g. 128x128x64 product xy:gauss:1.3435 t:ema:0.1:0.1; the slice axes are t z w v u s. The fingerprint tells whether
 // two runs gave the same places.
 #include <chrono>
@@ -44,7 +44,8 @@ GroupSpec group_of(const std::string& text, const Extents& extents) {
   return group;
 }
 
-double score(const SliceConstruction& run, const Extents& extents, const FilterSpec& filter, ThreadPool& pool) {
+double score(const SliceConstruction& run, const Extents& extents, const FilterSpec& filter, DistanceKind distance,
+             ThreadPool& pool) {
   const auto n = static_cast<double>(extents.cells_per_slice());
   const auto value = [n](std::uint32_t place) {
     return static_cast<float>((std::floor(256 * (place + 0.5) / n) + 0.5) / 256);
@@ -58,10 +59,10 @@ double score(const SliceConstruction& run, const Extents& extents, const FilterS
   const auto values = [&](SliceIndex slice) { return slices[static_cast<std::size_t>(slice)].data(); };
   std::vector<double> sums(slices.size());
   pool.for_each(std::ssize(sums), [&](std::int64_t slice, int) {
-    sums[static_cast<std::size_t>(slice)] = weighted_distance_sum(
-        footprint, DistanceKind::absolute, 1, static_cast<SliceIndex>(slice), values, PairEnds::one);
+    sums[static_cast<std::size_t>(slice)] =
+        weighted_distance_sum(footprint, distance, 1, static_cast<SliceIndex>(slice), values, PairEnds::one);
   });
-  const MeanDistance mean(DistanceKind::absolute, 1, extents.cells_per_slice(), extents.num_slices());
+  const MeanDistance mean(distance, 1, extents.cells_per_slice(), extents.num_slices());
   const auto list = [&](SliceIndex slice) { return slices[static_cast<std::size_t>(slice)]; };
   return relative_error(footprint, mean.compute(list, pool), sums);
 }
@@ -80,9 +81,12 @@ int main(int argc, char** argv) {
   ConstructSpec spec;
   std::uint64_t seed = 1;
   int threads = 1;
+  SampleScale scale = SampleScale::line;
   for (int i = 3; i < argc; ++i) {
     const std::string word = argv[i];
-    if (word == "--sharpness") {
+    if (word == "--circle") {
+      scale = SampleScale::circle;
+    } else if (word == "--sharpness") {
       spec.sharpness = std::stod(argv[++i]);
     } else if (word == "--density") {
       spec.density = std::stod(argv[++i]);
@@ -97,7 +101,7 @@ int main(int argc, char** argv) {
   const Communicator world = Communicator::world();
   if (spec.sharpness == 0) {
     const double before_s = cpu_s();
-    const std::vector<SharpnessTrial> trials = try_sharpness(extents, filter);
+    const std::vector<SharpnessTrial> trials = try_sharpness(extents, filter, scale);
     spec.sharpness = best_sharpness(trials);
     if (world.is_root()) {
       std::printf("sharpness %.1f in %.3f s:", spec.sharpness, cpu_s() - before_s);
@@ -106,7 +110,7 @@ int main(int argc, char** argv) {
     }
   }
   ThreadPool pool(threads);
-  SliceConstruction run(Footprint(extents, filter), filter, spec, seed, world, pool);
+  SliceConstruction run(Footprint(extents, filter), filter, scale, spec, seed, world, pool);
   run.start();
   const double started_s = cpu_s();
   while (run.progress().phase < ConstructPhase::fill) run.advance();
@@ -129,7 +133,9 @@ int main(int argc, char** argv) {
       argv[1], started_s, filling_s - started_s, end_s - filling_s, end_s, elapsed_s, 1e6 * end_s / pixels);
   std::printf("; %lld swaps, %lld classes, fingerprint %08x", static_cast<long long>(run.progress().num_swaps),
               static_cast<long long>(run.num_classes()), static_cast<unsigned>(fingerprint));
-  if (world.size() == 1) std::printf("; R %.5f", score(run, extents, filter, pool));
+  if (world.size() == 1)
+    std::printf("; R %.5f", score(run, extents, filter,
+                                  scale == SampleScale::line ? DistanceKind::absolute : DistanceKind::circle, pool));
   std::printf("\n");
   return 0;
 }

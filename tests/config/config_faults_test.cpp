@@ -185,10 +185,14 @@ TEST(ConfigFaults, NameKeysOfOtherKernelsAndMethods) {
   });
 }
 
-TEST(ConfigFaults, SayWhatIsPlanned) {
+TEST(ConfigFaults, OfImages) {
   expect_messages({
       {&ConfigText::samples, "samples = { image = \"sky.exr\" }",
-       "run.toml:3: texture.samples.image = \"sky.exr\": planned, but this version does not have it"},
+       "run.toml:3: texture.samples.image = \"sky.exr\": no such file"},
+      {&ConfigText::samples, "samples = \"image\"",
+       "run.toml:3: texture.samples.image: missing; must be the name of a file"},
+      {&ConfigText::samples, "samples = { space = \"uniform\", onto = \"sphere\" }",
+       "run.toml:3: texture.samples.onto = \"sphere\": applies only with space = \"image\"; here it is \"uniform\""},
   });
 }
 

@@ -250,13 +250,13 @@ TEST(Config, AutoStandsForWhatTheSamplesAskFor) {
     text.energy = energy;
     return parsed(text.text()).optimizer;
   };
-  for (const char* scalars : {"\"uniform\"", "\"tent\"", "\"gauss\""}) {
+  for (const char* scalars : {"\"uniform\"", "\"tent\"", "\"gauss\"", "\"circle\""}) {
     EXPECT_EQ(with(scalars, "").method, Method::construct) << scalars;
     EXPECT_TRUE(with(scalars, "method = \"auto\"").stop.is_none()) << scalars;
   }
   EXPECT_EQ(with("\"uniform\"", "stop = { time = 3 }").method, Method::construct);
   EXPECT_EQ(with("\"uniform\"", "stop = { time = 3 }").stop.time_s, 3);
-  for (const char* others : {"\"circle\"", "\"vector2\"", "\"sphere\"", "\"disk\""}) {
+  for (const char* others : {"\"vector2\"", "\"sphere\"", "\"disk\""}) {
     EXPECT_EQ(with(others, "").method, Method::anneal) << others;
     EXPECT_EQ(with(others, "").stop.iterations, 1000) << others;
   }
@@ -269,6 +269,16 @@ TEST(Config, AutoStandsForWhatTheSamplesAskFor) {
   EXPECT_THAT(faults_of(text.text()),
               ElementsAre("run.toml:14: optimizer.sharpness = 1.2: is for construction alone, but method = \"auto\" "
                           "anneals here"));
+  // A circle starts from half of the pixels.
+  text.samples = "samples = \"circle\"";
+  for (const char* method : {"", "method = \"construct\"\n"}) {
+    text.optimizer = std::string(method) + "density = 0.1";
+    EXPECT_THAT(faults_of(text.text()), ElementsAre(HasSubstr("optimizer.density = 0.1: is for samples that are "
+                                                              "compared by their difference")));
+  }
+  text.optimizer = "sharpness = 3";
+  const RunConfig circle = parsed(text.text());
+  EXPECT_EQ(parsed(to_toml(circle)).construct.sharpness, 3) << "what is stored is read again";
 }
 
 TEST(Config, FormerKeysAreReadAsTheirPresentNames) {

@@ -114,7 +114,8 @@ TEST_F(Inputs, NegativeTapsAreToldOf) {
   EXPECT_THAT(notes_on_inputs(read()), IsEmpty());
   write_npy(folder_ / "taps.npy", std::vector<std::int64_t>{3}, std::vector<float>{-0.5F, 2, -0.5F});
   EXPECT_THAT(notes_on_inputs(read()),
-              ElementsAre(HasSubstr("filter.groups[1].file = \"taps.npy\": 2 of 3 taps are negative")));
+              ElementsAre(testing::Field(&InputNote::text,
+                                         HasSubstr("filter.groups[1].file = \"taps.npy\": 2 of 3 taps are negative"))));
 }
 
 TEST_F(Inputs, ValuesThatFloatCannotComeNearAreRefused) {

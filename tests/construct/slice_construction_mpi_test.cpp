@@ -19,7 +19,8 @@ class SharedConstruction {
   explicit SharedConstruction(const ConstructProblem& problem, int num_threads = 1)
       : world_(Communicator::world()),
         pool_(num_threads),
-        run_(Footprint(problem.extents, problem.filter), problem.filter, problem.spec, problem.seed, world_, pool_) {}
+        run_(Footprint(problem.extents, problem.filter), problem.filter, problem.scale, problem.spec, problem.seed,
+             world_, pool_) {}
   SliceConstruction& operator*() { return run_; }
   SliceConstruction* operator->() { return &run_; }
   void finish() {
@@ -60,12 +61,19 @@ class SharedConstruction {
 
 std::vector<ConstructProblem> shared_problems() {
   std::vector<ConstructProblem> problems = construct_problems();
+  for (const ConstructProblem& problem : construct_problems()) {
+    const bool is_taken = problem.name == "gauss and ema" || problem.name == "negative taps and ema" ||
+                          problem.name == "two slice axes" || problem.name == "gauss plus ema";
+    if (is_taken) problems.push_back(problem.on_circle());
+  }
   const FilterSpec blurred = product({group({0, 1}, gauss(1)), group({2}, ema(0.1, 0.1))});
   problems.push_back(construct_problem("fewer slices than ranks", {9, 8, 2}, blurred));
   problems.push_back(construct_problem("several picks a visit", {47, 49, 4}, blurred).with_density(0.03));
   problems.push_back(construct_problem("no start points", {7, 6, 5}, blurred).with_density(0));
   problems.push_back(construct_problem("half of the points", {7, 6, 5}, blurred).with_density(0.5));
   problems.push_back(construct_problem("one pixel", {1, 1, 7}, blurred));
+  problems.push_back(construct_problem("several exchanges a visit", {47, 49, 4}, blurred).on_circle());
+  problems.push_back(construct_problem("one pixel", {1, 1, 7}, blurred).on_circle());
   problems.push_back(construct_problem("time alone", {5, 4, 11}, product({group({2}, ema(0.1, 0.1))})));
   return problems;
 }
@@ -88,7 +96,7 @@ TEST(SliceConstructionRanks, EqualSlowTwinInEveryRound) {
     SCOPED_TRACE(problem.name);
     SharedConstruction run(problem);
     run->start();
-    oracle::SliceConstructionOracle slow(problem.extents, problem.filter, problem.spec, problem.seed,
+    oracle::SliceConstructionOracle slow(problem.extents, problem.filter, problem.scale, problem.spec, problem.seed,
                                          run->points_per_visit());
     for (; !slow.done(); slow.advance(), run->advance()) {
       ASSERT_EQ(run->progress(), slow.progress());

@@ -30,7 +30,7 @@ bool is_permutation_of_places(std::vector<std::uint32_t> places) {
 void expect_equals_slow_twin(const ConstructProblem& problem) {
   SCOPED_TRACE(problem.name + ", " + problem.extents.to_string());
   AloneConstruction fast(problem);
-  oracle::SliceConstructionOracle slow(problem.extents, problem.filter, problem.spec, problem.seed,
+  oracle::SliceConstructionOracle slow(problem.extents, problem.filter, problem.scale, problem.spec, problem.seed,
                                        fast->points_per_visit());
   for (; !slow.done(); slow.advance(), fast->advance()) {
     ASSERT_EQ(fast->progress(), slow.progress());
@@ -44,13 +44,15 @@ void expect_equals_slow_twin(const ConstructProblem& problem) {
 }
 
 TEST(SliceConstruction, EqualsSlowTwinForEveryKindOfFilter) {
-  for (const ConstructProblem& problem : construct_problems()) expect_equals_slow_twin(problem);
+  for (const ConstructProblem& problem : problems_on_both_scales()) expect_equals_slow_twin(problem);
 }
 
 TEST(SliceConstruction, EqualsSlowTwinForEverySharpness) {
   for (const double sharpness : {0.5, 1.0, 2.0, 8.0}) {
     for (const ConstructProblem& problem : construct_problems()) {
-      if (problem.extents.num_cells() < 500) expect_equals_slow_twin(problem.with_sharpness(sharpness));
+      if (problem.extents.num_cells() >= 500) continue;
+      expect_equals_slow_twin(problem.with_sharpness(sharpness));
+      expect_equals_slow_twin(problem.on_circle().with_sharpness(sharpness));
     }
   }
 }
@@ -64,6 +66,8 @@ TEST(SliceConstruction, EqualsSlowTwinForThinAndTinySlices) {
                                                             {67, 2},   {1, 1, 7}, {2, 2, 3},  {1, 13, 2}, {17, 1, 3},
                                                             {3, 2, 5}, {2, 3, 1}, {130, 3, 2}};
   for (const auto& sizes : all_sizes) {
+    const FilterSpec boxes = spatial_and_temporal(box(3), ema(0.1, 0.1), static_cast<int>(sizes.size()));
+    expect_equals_slow_twin(construct_problem("thin", sizes, boxes).on_circle());
     for (const double density : {0.1, 0.5}) {
       const FilterSpec filter = spatial_and_temporal(gauss(1), ema(0.1, 0.1), static_cast<int>(sizes.size()));
       expect_equals_slow_twin(construct_problem("thin", sizes, filter).with_density(density));
@@ -87,9 +91,12 @@ TEST(SliceConstruction, EqualsSlowTwinInLargeSlices) {
   const ConstructProblem two_branches = construct_problem("large", {67, 67}, product({group({0, 1}, gauss(1))}));
   EXPECT_GT(AloneConstruction(two_branches)->points_per_visit(), 1);
   expect_equals_slow_twin(two_branches.with_density(0.03));
+  expect_equals_slow_twin(two_branches.on_circle());
   expect_equals_slow_twin(
       construct_problem("large", {47, 49, 2}, product({group({0, 1}, box(3)), group({2}, ema(0.1, 0.1))}))
           .with_density(0.03));
+  expect_equals_slow_twin(
+      construct_problem("large", {47, 49, 2}, product({group({0, 1}, box(3)), group({2}, ema(0.1, 0.1))})).on_circle());
   expect_equals_slow_twin(
       construct_problem("large", {48, 48}, product({group({0, 1}, taps_with_negative_ones())})).with_density(0.05));
 }
@@ -142,6 +149,11 @@ TEST(SliceConstruction, GoesByHashAloneWhereAllPixelsTie) {
   }
 }
 
+TEST(SliceConstruction, EqualsSlowTwinOnACircleWhereNoPixelActsOnAnother) {
+  expect_equals_slow_twin(construct_problem("ties", {9, 7, 3}, product({group({0, 1}, box(1))})).on_circle());
+  expect_equals_slow_twin(construct_problem("time alone", {7, 5, 9}, product({group({2}, ema(0.1, 0.1))})).on_circle());
+}
+
 TEST(SliceConstruction, GivesEverySeedAnotherPattern) {
   const ConstructProblem problem = construct_problem("seeds", {16, 16, 2}, product({group({0, 1}, gauss(1))}));
   const Places one = places_of(problem);
@@ -151,12 +163,12 @@ TEST(SliceConstruction, GivesEverySeedAnotherPattern) {
 
 // Phases, and how many rounds each may take: what a run is told beforehand.
 TEST(SliceConstruction, EndsAfterAsManyRoundsAsItSays) {
-  for (const ConstructProblem& problem : construct_problems()) {
+  for (const ConstructProblem& problem : problems_on_both_scales()) {
     AloneConstruction run(problem);
     const std::int64_t cells = problem.extents.cells_per_slice();
     const std::int64_t points = run->points_per_visit();
     const std::int64_t start = run->progress().num_start_points;
-    std::int64_t rounds[4] = {};
+    std::int64_t rounds[6] = {};
     double fraction = run->fraction();
     while (!run->done()) {
       ++rounds[static_cast<std::size_t>(run->progress().phase)];
@@ -165,9 +177,13 @@ TEST(SliceConstruction, EndsAfterAsManyRoundsAsItSays) {
       fraction = run->fraction();
     }
     EXPECT_EQ(fraction, 1);
-    EXPECT_LE(rounds[0], 4 * start / points + 1) << problem.name;
-    EXPECT_EQ(rounds[1], (start + points - 1) / points) << problem.name;
-    EXPECT_EQ(rounds[2], (cells - start + points - 1) / points) << problem.name;
+    const auto visits = [points](std::int64_t picks) { return (picks + points - 1) / points; };
+    const bool circular = problem.scale == SampleScale::circle;
+    EXPECT_EQ(rounds[0], circular ? visits(start) : 0) << problem.name;
+    EXPECT_LE(rounds[1], (circular ? start / 4 : 4 * start) / points + 1) << problem.name;
+    EXPECT_EQ(rounds[2], circular ? 0 : visits(start)) << problem.name;
+    EXPECT_EQ(rounds[3], circular ? 0 : visits(cells - start)) << problem.name;
+    EXPECT_EQ(rounds[4], circular ? visits(cells - start) : 0) << problem.name;
     run->advance();  // does nothing
     EXPECT_TRUE(run->done());
   }
@@ -177,8 +193,8 @@ TEST(SliceConstruction, RelaxesToLessEnergyThanARandomPattern) {
   for (const ConstructProblem& problem : construct_problems()) {
     const ConstructProblem relaxed = problem.with_density(0.2);
     AloneConstruction run(relaxed);
-    const oracle::SliceConstructionOracle twin(relaxed.extents, relaxed.filter, relaxed.spec, relaxed.seed,
-                                               run->points_per_visit());
+    const oracle::SliceConstructionOracle twin(relaxed.extents, relaxed.filter, relaxed.scale, relaxed.spec,
+                                               relaxed.seed, run->points_per_visit());
     const std::int64_t random = twin.energy_of(run.places(), pixel_is_on);
     Places last = run.places();
     while (run->progress().phase == ConstructPhase::relax) {
@@ -204,7 +220,7 @@ TEST(SliceConstruction, EndsRelaxingWhereSlicesChaseEachOther) {
 }
 
 TEST(SliceConstruction, DoesNotDependOnThreads) {
-  for (const ConstructProblem& problem : construct_problems()) {
+  for (const ConstructProblem& problem : problems_on_both_scales()) {
     if (problem.extents.num_slices() == 1) continue;
     const Places one = places_of(problem);
     for (const int threads : {2, 5}) EXPECT_EQ(places_of(problem, threads), one) << problem.name;
@@ -231,7 +247,7 @@ TEST(SliceConstruction, DoesNotDependOnTheWidthOfVectors) {
 
 // Restoring computes all energies from nothing.
 TEST(SliceConstruction, GoesOnFromTheStateBetweenAnyTwoRounds) {
-  for (const ConstructProblem& problem : construct_problems()) {
+  for (const ConstructProblem& problem : problems_on_both_scales()) {
     if (problem.extents.num_cells() > 300) continue;
     const Places whole = places_of(problem);
     std::set<ConstructPhase> phases;
@@ -252,10 +268,13 @@ TEST(SliceConstruction, GoesOnFromTheStateBetweenAnyTwoRounds) {
 void for_each_state(const std::function<void(const ConstructProgress&, const std::vector<std::uint32_t>&)>& body) {
   for (const std::int64_t slices : {1, 5}) {
     const FilterSpec filter = product({group({0, 1}, gauss(1)), group({2}, ema(0.1, 0.1))});
-    AloneConstruction run(construct_problem("states", {7, 5, slices}, filter).with_density(0.2));
-    for (;; run->advance()) {
-      for (const std::vector<std::uint32_t>& places : run.places()) body(run->progress(), places);
-      if (run->done()) break;
+    const ConstructProblem problem = construct_problem("states", {7, 5, slices}, filter).with_density(0.2);
+    for (const ConstructProblem& scaled : {problem, problem.on_circle()}) {
+      AloneConstruction run(scaled);
+      for (;; run->advance()) {
+        for (const std::vector<std::uint32_t>& places : run.places()) body(run->progress(), places);
+        if (run->done()) break;
+      }
     }
   }
 }
@@ -266,7 +285,7 @@ TEST(IsSound, AcceptsEveryStateOfARun) {
     phases.insert(progress.phase);
     EXPECT_TRUE(is_sound(progress, places));
   });
-  EXPECT_EQ(phases.size(), 4U);
+  EXPECT_EQ(phases.size(), 6U);
   AloneConstruction none(construct_problem("none", {7, 5}, product({group({0, 1}, gauss(1))})).with_density(0));
   EXPECT_TRUE(is_sound(none->progress(), none->places(0)));
 }
@@ -299,7 +318,7 @@ TEST(IsSound, RefusesAProgressThatIsNotThatOfThePlaces) {
     for (const std::int64_t change : {-1000, -36, -1, 1, 36, 1000}) {
       expect_refused([&](ConstructProgress& other) { other.num_placed += change; });
     }
-    expect_refused([](ConstructProgress& other) { other.phase = static_cast<ConstructPhase>(4); });
+    expect_refused([](ConstructProgress& other) { other.phase = static_cast<ConstructPhase>(6); });
     expect_refused([](ConstructProgress& other) { other.phase = static_cast<ConstructPhase>(-1); });
     expect_refused([](ConstructProgress& other) { other.rounds = -1; });
     expect_refused([](ConstructProgress& other) { other.num_start_points = -1; });

@@ -72,7 +72,7 @@ ExportOptions options_of(const std::string& output, const std::string& format, c
   options.format = format;
   options.layout = layout;
   options.depth = depth;
-  options.with_density = with_density;
+  if (with_density) options.density = "alpha";
   return options;
 }
 

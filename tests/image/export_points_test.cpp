@@ -193,7 +193,7 @@ TEST(ExportPoints, TellsAllFaultsAtOnceAndTouchesNothing) {
   const TemporaryFolder folder;
   write_mask_file(folder / "mask.h5", extents, test_places());
   ExportOptions options = points_options(folder / "out/", "0.001");
-  options.with_density = true;
+  options.density = "alpha";
   options.range = "0:1";
   options.slices = "4:9";
   EXPECT_THAT(user_error_of([&] { export_run_file(folder / "mask.h5", options, posix_file_ops()); }),

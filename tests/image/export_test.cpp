@@ -109,7 +109,7 @@ TEST(Export, PutsDensityOverItsMaximumIntoAlpha) {
   const Texture texture = start_texture(config);
   write_run_file(folder / "run.h5", config, texture, true);
   ExportOptions options = options_for(folder / "out/");
-  options.with_density = true;
+  options.density = "alpha";
   options.naming = "plain";
   export_run_file(folder / "run.h5", options, posix_file_ops());
   for (SliceIndex s = 0; s < 3; ++s) {
@@ -125,6 +125,31 @@ TEST(Export, PutsDensityOverItsMaximumIntoAlpha) {
       EXPECT_EQ(byte(2), byte(0));
     }
   }
+}
+
+TEST(Export, PutsDensityIntoImagesBeside) {
+  const TemporaryFolder folder;
+  const RunConfig config = small_config("tent");
+  const Texture texture = start_texture(config);
+  write_run_file(folder / "run.h5", config, texture, true);
+  ExportOptions options = options_for(folder / "out/");
+  options.density = "separate";
+  export_run_file(folder / "run.h5", options, posix_file_ops());
+  for (SliceIndex s = 0; s < 3; ++s) {
+    for (const bool density : {false, true}) {
+      ImageReader reader(folder / fmt::format("out/run_{}{}.png", s, density ? "_pdf" : ""));
+      ASSERT_EQ(reader.shape(0).channels, 1);
+      std::vector<std::byte> bytes(reader.shape(0).num_bytes());
+      reader.read_rows(0, 0, 7, bytes);
+      for (std::size_t i = 0; i < 77; ++i) {
+        const double expected =
+            density ? static_cast<double>(test_density(s, i)) / 13 : static_cast<double>(texture.slice(s)[i]);
+        EXPECT_EQ(std::to_integer<int>(bytes[i]), quantise(expected, 8));
+      }
+    }
+  }
+  options.density = "beside";
+  EXPECT_THROW(export_run_file(folder / "run.h5", options, posix_file_ops()), UserError);
 }
 
 TEST(Export, ClampsUnboundedValuesToTheRangeGiven) {
@@ -199,7 +224,7 @@ TEST(Export, TellsAllFaultsAtOnceAndWritesNothing) {
   options.depth = "32f";
   options.layout = "volume";
   options.slices = "2:9";
-  options.with_density = true;
+  options.density = "alpha";
   const std::string error = user_error_of([&] { export_run_file(folder / "run.h5", options, posix_file_ops()); });
   EXPECT_THAT(error, HasSubstr("--depth 32f: png does not hold it; accepted for png: 8, 16"));
   EXPECT_THAT(error, HasSubstr("--layout volume: accepted for png: slices, strip"));

@@ -3,6 +3,7 @@
 import csv
 import json
 import resource
+import shlex
 import signal
 import subprocess
 
@@ -68,7 +69,7 @@ class Accuracy(ProgramTest):
         self.assertEqual(len(names), len(rows))
         row = rows[0]
         self.assertEqual(row["seed"], "1")
-        command = row["command"].split()
+        command = shlex.split(row["command"])
         run_file = command[command.index("-o") + 1]
         for name, other in zip(("first", "last"), (row, rows[-1])):
             kept = other["command"].split()
@@ -108,7 +109,7 @@ class Accuracy(ProgramTest):
         self.assertEqual((row["seed"], row["runs"]), ("1", "2"))
         runs = []
         for seed in ("1", "2"):
-            command = row["command"].split()
+            command = shlex.split(row["command"])
             command[command.index("-o") + 1] = f"{seed}.h5"
             self.run_program(*command[1:], "--set", f"texture.seed={seed}")
             runs.append(json.loads(self.run_program("score", f"{seed}.h5", "--json").stdout)["relative_error"])

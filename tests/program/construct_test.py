@@ -18,6 +18,7 @@ groups  = [ { axes = "xy", kernel = "gauss", sigma = 0.9 }, { axes = "t", kernel
 method  = "construct"
 density = 0.2
 """
+CIRCLE = CONFIG.replace('"uniform"', '"circle"').replace("density = 0.2\n", "").replace("x = 12", "x = 13")
 CELLS = 12 * 7
 PIXELS = CELLS * 5
 POINTS = 16  # floor(0.2 * CELLS)
@@ -48,7 +49,7 @@ class Construct(ProgramTest):
             self.assertTrue(numpy.array_equal(numpy.floor(by_place * CELLS), numpy.arange(CELLS)))  # one in each stratum
         self.assertEqual((state["phase"], state["finished"], state["start_points"]), (b"done", b"construction", POINTS))
         history = self.info("run.h5")["history"]
-        self.assertEqual((history["ranked"][-1], history["phase"][-1]), (PIXELS, 3))
+        self.assertEqual((history["ranked"][-1], history["phase"][-1]), (PIXELS, 5))
         self.assertEqual(len(history["seconds"]), len(history["ranked"]))
 
         shown = float(re.search(r"^R +(\S+)", done.stdout, re.M)[1])
@@ -74,8 +75,10 @@ class Construct(ProgramTest):
                 self.assertTrue(numpy.array_equal(sort(constructed), sort(expected)))
 
     def test_what_it_cannot_do_is_refused(self):
+        numpy.save(self.folder / "one.npy", numpy.random.default_rng(1).random(CELLS, dtype=numpy.float32))
         numpy.save(self.folder / "pairs.npy", numpy.random.default_rng(1).random((CELLS, 2), dtype=numpy.float32))
-        for change, words in ((('"uniform"', '"vector2"'), "texture.samples"), (('"uniform"', '"circle"'), "texture.samples"),
+        for change, words in ((('"uniform"', '"vector2"'), "texture.samples"), (('"uniform"', '"circle"'), "optimizer.density"),
+                              (('"uniform"', '{ file = "one.npy", distance = "circle" }'), "texture.samples"),
                               (('"uniform"', '{ file = "pairs.npy" }'), "2 channels"),
                               (("density = 0.2", "fraction = 0.5"), "optimizer.fraction"),
                               (("density = 0.2", 'start = { file = "a.npy" }'), "optimizer.start"),
@@ -122,11 +125,17 @@ class Construct(ProgramTest):
         self.assertEqual(states[2], states[0])
 
     def test_stop_and_resume_in_every_phase(self):
-        self.generate("straight.h5")
+        self.stop_and_resume(self.config, {"relax", "drain", "fill", "done"})
+
+    def test_stop_and_resume_in_every_phase_on_a_circle(self):
+        self.stop_and_resume(self.write("circle.toml", CIRCLE), {"spread", "relax", "exchange", "done"})
+
+    def stop_and_resume(self, config, expected_phases):
+        self.generate("straight.h5", config=config)
         expected = self.info("straight.h5")["checksums"]
         phases = set()
         for part in range(200):
-            done = self.generate("parts.h5", "--resume", "--time-limit", "0.000001s", expect=None,
+            done = self.generate("parts.h5", "--resume", "--time-limit", "0.000001s", expect=None, config=config,
                                  ranks={1: 3, 4: 2, 20: 7}.get(part))
             places, samples, state = self.read("parts.h5")
             phases.add(state["phase"].decode())
@@ -137,8 +146,31 @@ class Construct(ProgramTest):
             self.assertEqual(numpy.count_nonzero(places < UNPLACED), state["ranked"])
             for command in (("score", "parts.h5"), ("export", "parts.h5", "-o", "images"))[: 2 if part == 2 else 0]:
                 self.assertIn("not finished", self.run_program(*command, expect=2).stderr)
-        self.assertEqual(phases, {"relax", "drain", "fill", "done"})
+        self.assertEqual(phases, expected_phases)
         self.assertEqual(self.info("parts.h5")["checksums"], expected)
+        history = self.info("parts.h5")["history"]
+        self.assertEqual([history[column] for column in ("phase", "swaps", "ranked")],
+                         [self.info("straight.h5")["history"][column] for column in ("phase", "swaps", "ranked")])
+
+    def test_a_circle_is_the_same_on_any_ranks_and_threads(self):
+        config = self.write("circle.toml", CIRCLE)
+        done = self.generate("one.h5", config=config)
+        places, samples, state = self.read("one.h5")
+        self.assertEqual((state["start_points"], state["ranked"]), (13 * 7 // 2, 13 * 7 * 5))
+        for slice_places in places:
+            self.assertTrue(numpy.array_equal(numpy.sort(slice_places.ravel()), numpy.arange(13 * 7)))
+        scored = json.loads(self.run_program("score", "one.h5", "--json").stdout)["relative_error"]
+        self.assertAlmostEqual(state["relative_error"], scored, delta=1e-9)
+        self.assertIn("sharpness", done.stdout)
+        for ranks, threads in ((1, 3), (2, 1), (3, 2), (5, 1)):
+            self.generate("many.h5", "--overwrite", "--threads", threads, config=config, ranks=ranks)
+            self.assertEqual(self.info("many.h5")["checksums"], self.info("one.h5")["checksums"], (ranks, threads))
+        plan = self.run_program("plan", config).stdout
+        for words in ("sharpening: on (power ", "start pattern: on (half of the pixels"):
+            self.assertIn(words, plan)
+        for change, words in (("state.phase=fill", "no such phase"), ("state.start_points=44", "start_points")):
+            self.rewrite("one.h5", "changed.h5", change)
+            self.assertIn(words, self.run_program("info", "changed.h5", expect=2).stderr)
 
     def test_kill_in_every_phase(self):
         self.generate("straight.h5")

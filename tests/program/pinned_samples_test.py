@@ -177,10 +177,28 @@ CONFIGS = {
         + CONSTRUCT + 'optimizer.sharpness = 1.25\n',
     "construct, exponential":
         'texture.size = { x = 23, y = 19, t = 3 }\ntexture.samples = "exponential"\n' + GAUSS_2D + CONSTRUCT,
+    "construct, circle, box x ema":
+        'texture.size = { x = 33, y = 27, t = 6 }\ntexture.samples = "circle"\n'
+        'filter.groups = [{ axes = "xy", kernel = "box", size = 3 },\n'
+        '                 { axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.1 }]\n' + CONSTRUCT,
+    "construct, circle, gauss in one slice":
+        'texture.size = { x = 67, y = 63 }\ntexture.samples = "circle"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss", sigma = 1.0 }]\n' + CONSTRUCT,
     "construct, blue noise":
         'texture.size = { x = 23, y = 19, t = 4 }\nfilter.combine = "sum"\n'
         'filter.groups = [{ axes = "xy", kernel = "gauss-energy" }, { axes = "t", kernel = "gauss-energy" }]\n' + CONSTRUCT,
     # Construction that is annealed, by what auto stands for: in the cold, and where it joins the schedule.
+    "densities of an image, onto the sphere":
+        'texture.size = { x = 16, y = 13, t = 7 }\n'
+        'texture.samples = { image = "light.npy", onto = "sphere", encoding = "linear" }\n' + BOX_EMA + ANNEAL,
+    "densities of an image, onto the disk":
+        'texture.size = { x = 17, y = 13 }\ntexture.samples = { image = "light.npy", onto = "disk", encoding = "srgb" }\n' +
+        GAUSS_2D + ANNEAL,
+    "nets":
+        'texture.size = { x = 16, y = 8, t = 4 }\ntexture.samples = "sobol-owen"\n' + BOX_EMA + ANNEAL,
+    "nets of scalars, constructed":
+        'texture.size = { x = 16, y = 8, t = 4 }\ntexture.samples = { space = "sobol-owen", channels = 1 }\n' + BOX_EMA +
+        CONSTRUCT,
     "auto, constructed, annealed in the cold":
         'texture.size = { x = 24, y = 17, t = 5 }\n'
         'filter.groups = [{ axes = "xy", kernel = "gauss", sigma = 1.0 }, { axes = "t", kernel = "ema", alpha = 0.3 }]\n'
@@ -234,9 +252,15 @@ CHECKSUMS = {
     "construct, tent, box in one slice": ("cdb79120bf909ee9",),
     "construct, gauss, sum over two slice axes, other seed": ("c7524501ea97233e",),
     "construct, a list, table, given sharpness": ("ae90f92e8f2f1fcb",),
+    "construct, circle, box x ema": ("ac7b02f8e1073435",),
+    "construct, circle, gauss in one slice": ("1d84dd44624a48f1",),
     "construct, blue noise": ("f095fab96e96459e",),
     "auto, constructed, annealed in the cold": ("7b1683df58176a13",),
     "auto, constructed, annealed": ("1b3d2ee7e8693271",),
+    "densities of an image, onto the sphere": ("6bd4d7276bec34ed",),
+    "densities of an image, onto the disk": ("65bb06f074a592c2",),
+    "nets": ("d512cc70a12dd67e",),
+    "nets of scalars, constructed": ("0ef759e60d7a76d6",),
 }
 
 
@@ -271,6 +295,7 @@ def write_inputs(folder):
         "circle.npy": npy(list(draws(40, 2)), [40]),
         "directions.npy": npy(list(directions(40, 3)), [40, 3]),
         "points-per-slice.npy": npy(list(draws(3 * 40 * 2, 4)), [3, 40, 2]),
+        "light.npy": npy([n if n > 0.2 else 0 for n in draws(9 * 14, 5)], [9, 14]),
         "taps-4.npy": npy([1, 3, 2, 0.5], [4]),
         "taps-3x2.npy": npy([1, 2, 4, 1, 3, 0.5], [3, 2]),
     }

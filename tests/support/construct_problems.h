@@ -20,6 +20,7 @@ struct ConstructProblem {
   FilterSpec filter;
   ConstructSpec spec{};
   std::uint64_t seed = 1;
+  SampleScale scale = SampleScale::line;
 
   ConstructProblem with_density(double density) const {
     ConstructProblem other = *this;
@@ -29,6 +30,12 @@ struct ConstructProblem {
   ConstructProblem with_sharpness(double sharpness) const {
     ConstructProblem other = *this;
     other.spec.sharpness = sharpness;
+    return other;
+  }
+  ConstructProblem on_circle() const {
+    ConstructProblem other = *this;
+    other.name += ", on a circle";
+    other.scale = SampleScale::circle;
     return other;
   }
   ConstructProblem with_seed(std::uint64_t other_seed) const {
@@ -104,14 +111,23 @@ inline std::vector<ConstructProblem> construct_problems() {
   };
 }
 
+inline std::vector<ConstructProblem> problems_on_both_scales() {
+  std::vector<ConstructProblem> problems;
+  for (const ConstructProblem& problem : construct_problems()) {
+    problems.push_back(problem);
+    problems.push_back(problem.on_circle());
+  }
+  return problems;
+}
+
 // A run on this process alone, started.
 class AloneConstruction {
  public:
   explicit AloneConstruction(const ConstructProblem& problem, int num_threads = 1)
       : communicator_(Communicator::self()),
         pool_(num_threads),
-        run_(Footprint(problem.extents, problem.filter), problem.filter, problem.spec, problem.seed, communicator_,
-             pool_) {
+        run_(Footprint(problem.extents, problem.filter), problem.filter, problem.scale, problem.spec, problem.seed,
+             communicator_, pool_) {
     run_.start();
   }
   SliceConstruction& operator*() { return run_; }

@@ -45,7 +45,8 @@ inline void add_sharpened(const Footprint& footprint, double sharpness, double w
   }
 }
 
-inline FullKernel full_kernel(const Extents& extents, const FilterSpec& filter, double sharpness) {
+inline FullKernel full_kernel(const Extents& extents, const FilterSpec& filter, double sharpness,
+                              int energy_bits = 31) {
   std::vector<double> sum(static_cast<std::size_t>(extents.num_cells()));
   if (filter.combine == Combine::product) {
     add_sharpened(Footprint(extents, filter), sharpness, 1, sum);
@@ -66,7 +67,7 @@ inline FullKernel full_kernel(const Extents& extents, const FilterSpec& filter, 
       kernel.magnitude += std::abs(weight);
       kernel.bias -= std::min<std::int64_t>(weight, 0);
     }
-    if (kernel.magnitude < (std::int64_t{1} << 31)) return kernel;
+    if (kernel.magnitude < (std::int64_t{1} << energy_bits)) return kernel;
   }
 }
 
@@ -75,21 +76,24 @@ class SliceConstructionOracle {
   using Places = std::vector<std::vector<std::uint32_t>>;  // [slice][cell]
 
   // `points_per_visit`: of the run that is compared.
-  SliceConstructionOracle(const Extents& extents, const FilterSpec& filter, const ConstructSpec& spec,
-                          std::uint64_t seed, std::int64_t points_per_visit)
+  SliceConstructionOracle(const Extents& extents, const FilterSpec& filter, SampleScale scale,
+                          const ConstructSpec& spec, std::uint64_t seed, std::int64_t points_per_visit)
       : extents_(extents),
-        kernel_(full_kernel(extents, filter, spec.sharpness)),
+        circular_(scale == SampleScale::circle),
+        kernel_(full_kernel(extents, filter, spec.sharpness, circular_ ? 30 : 31)),
         classes_(colour_classes(Footprint(extents, filter))),
         hash_(seed),
         cells_(static_cast<std::size_t>(extents.cells_per_slice())),
         points_(points_per_visit) {
     list_taps();
     const auto num_slices = static_cast<std::size_t>(extents.num_slices());
-    progress_.num_start_points = decimal_of(spec.density).floor_of_times(extents.cells_per_slice());
+    progress_.phase = circular_ ? ConstructPhase::spread : ConstructPhase::relax;
+    progress_.num_start_points =
+        circular_ ? extents.cells_per_slice() / 2 : decimal_of(spec.density).floor_of_times(extents.cells_per_slice());
     places_.assign(num_slices, std::vector<std::uint32_t>(cells_, pixel_is_off));
     on_.assign(num_slices, std::vector<bool>(cells_, false));
     energy_.assign(num_slices, std::vector<std::int64_t>(cells_, kernel_.bias));
-    for (std::size_t slice = 0; slice < num_slices; ++slice) draw_start(seed, slice);
+    for (std::size_t slice = 0; slice < num_slices && !circular_; ++slice) draw_start(seed, slice);
     end_phases();
   }
 
@@ -110,9 +114,11 @@ class SliceConstructionOracle {
     ++progress_.rounds;
     if (progress_.phase == ConstructPhase::relax) {
       progress_.num_swaps += swaps;
-      const std::int64_t most_rounds = 4 * progress_.num_start_points / points_ + 1;
-      if (swaps == 0 || progress_.rounds == most_rounds) enter(ConstructPhase::drain);
-    } else {
+      const std::int64_t most_swaps = circular_ ? progress_.num_start_points / 4 : 4 * progress_.num_start_points;
+      if (swaps == 0 || progress_.rounds == most_swaps / points_ + 1) end_relaxing();
+    } else if (progress_.phase == ConstructPhase::exchange) {
+      progress_.num_placed = std::min<std::int64_t>(progress_.num_placed + 2 * picks, std::ssize(places_[0]));
+    } else if (progress_.phase != ConstructPhase::spread) {
       progress_.num_placed += picks;
     }
     end_phases();
@@ -200,13 +206,15 @@ class SliceConstructionOracle {
     tell_others({slice, cell, on});
   }
 
-  // The pixel with the largest key among those on, or the smallest among those off.
+  // The pixel with the largest key among those on, or the smallest among those off; in an exchange of those without a
+  // place.
   std::size_t extreme(std::size_t slice, bool largest_on) const {
     std::size_t best = cells_;
     const auto hash_of = [&](std::size_t cell) { return hash_(slice * cells_ + cell); };
     const std::vector<std::int64_t>& energy = energy_[slice];
     for (std::size_t cell = 0; cell < cells_; ++cell) {
       if (on_[slice][cell] != largest_on) continue;
+      if (progress_.phase == ConstructPhase::exchange && places_[slice][cell] < pixel_is_on) continue;
       bool better = best == cells_;
       if (!better && energy[cell] != energy[best]) {
         better = (energy[cell] > energy[best]) == largest_on;
@@ -219,6 +227,12 @@ class SliceConstructionOracle {
   }
 
   std::int64_t picks_of_visit() const {
+    const std::int64_t half = progress_.num_start_points;
+    if (progress_.phase == ConstructPhase::spread) return std::min(points_, half - progress_.rounds * points_);
+    if (progress_.phase == ConstructPhase::exchange) {
+      const std::int64_t steps = static_cast<std::int64_t>(cells_) - half;
+      return std::min(points_, steps - progress_.num_placed / 2);
+    }
     const std::int64_t all =
         progress_.phase == ConstructPhase::drain ? progress_.num_start_points : static_cast<std::int64_t>(cells_);
     return progress_.phase == ConstructPhase::relax ? points_ : std::min(points_, all - progress_.num_placed);
@@ -231,6 +245,22 @@ class SliceConstructionOracle {
       turn(flips.back());
     };
     std::vector<std::uint32_t>& places = places_[slice];
+    if (circular_ && progress_.phase != ConstructPhase::relax) {
+      for (std::int64_t k = 0; k < picks; ++k) {
+        const auto step = static_cast<std::uint32_t>(progress_.num_placed / 2 + k);
+        const std::size_t from = progress_.phase == ConstructPhase::exchange ? extreme(slice, true) : cells_;
+        if (from < cells_) {
+          flip(from, false);
+          places[from] = step;
+        }
+        const std::size_t to = extreme(slice, false);
+        flip(to, true);
+        places[to] = progress_.phase == ConstructPhase::spread
+                         ? pixel_is_on
+                         : step + static_cast<std::uint32_t>(progress_.num_start_points);
+      }
+      return 0;
+    }
     std::int64_t swaps = 0;
     for (std::int64_t k = 0; k < picks; ++k) {
       std::size_t from = cells_;
@@ -265,15 +295,21 @@ class SliceConstructionOracle {
       }
     }
   }
+  void end_relaxing() { enter(circular_ ? ConstructPhase::exchange : ConstructPhase::drain); }
   void end_phases() {
     const std::int64_t points = progress_.num_start_points;
-    if (progress_.phase == ConstructPhase::relax && points == 0) enter(ConstructPhase::drain);
+    if (progress_.phase == ConstructPhase::spread && progress_.rounds * points_ >= points) {
+      enter(ConstructPhase::relax);
+    }
+    if (progress_.phase == ConstructPhase::relax && points == 0) end_relaxing();
     if (progress_.phase == ConstructPhase::drain && progress_.num_placed == points) enter(ConstructPhase::fill);
     const bool full = progress_.num_placed == static_cast<std::int64_t>(cells_);
-    if (progress_.phase == ConstructPhase::fill && full) enter(ConstructPhase::done);
+    const bool filling = progress_.phase == ConstructPhase::fill || progress_.phase == ConstructPhase::exchange;
+    if (filling && full) enter(ConstructPhase::done);
   }
 
   Extents extents_;
+  bool circular_;
   FullKernel kernel_;
   std::vector<std::vector<SliceIndex>> classes_;
   VacTieHash hash_;

@@ -1,9 +1,10 @@
 // What `accuracy` runs: a ladder of settings around a config, and which rung is next within a budget of seconds.
 //
-// A base line for each method that makes the same kind of texture: of rising iterations where the method has some, else
-// of one point. And knobs: settings that are changed one at a time on the line of the config's own method, at an
-// iteration count of that line, so that every knob has a run to be compared with. The ladder depends on the config
-// alone; which of it fits depends on the machine and the budget.
+// A base line for each method that makes the same kind of texture: of rising iterations where the method has some (of
+// construction: none, and then those of annealing after it), else of one point. And knobs: settings that are changed
+// one at a time on the line of the config's own method, at an iteration count of that line, so that every knob has a
+// run to be compared with. The ladder depends on the config alone; which of it fits depends on the machine and the
+// budget.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,7 @@ struct AccuracyPoint {
   Method method = Method::anneal;
   std::string setting;
   std::string value;
-  std::int64_t iterations = 0;  // 0: the method has none, or the config stops by another rule
+  std::int64_t iterations = 0;  // 0: the method has none, or the config stops by another rule; construct: after it
   bool is_default = false;      // the config as it is
 
   bool is_knob() const { return !setting.empty() && setting != "iterations" && setting != "method"; }
@@ -66,7 +67,7 @@ struct AccuracyLadder {
 
 // What the ladder must know of a problem beside its settings.
 struct LadderTraits {
-  bool scalar = false;      // one channel, compared by difference: construct takes it
+  bool constructs = false;  // whether construct takes the samples
   bool background = false;  // the rank of the background changes something
   double exact_cost = 1;    // seconds of an iteration without it over those with it, guessed from counts of taps
 };

@@ -32,10 +32,16 @@ void take_inputs(RunConfig& config, const std::vector<RunFileInput>& inputs, con
 // What the config holds of each file that it names, in the order of its keys; null where it holds nothing.
 void for_each_input(RunConfig& config, const std::function<void(InputArrayPtr&)>& visit);
 
-// What a user should know of the contents, one sentence each: taps that are negative. Tables that the config does not
-// hold are read. Filters that sharpen have such
-// taps, so they are no fault; but far more often a table has them by mistake, and R would not show it.
-std::vector<std::string> notes_on_inputs(const RunConfig& config);
+// What a user should know of a file's contents: a sentence, and what it is about, in a word or two.
+struct InputNote {
+  std::string subject;
+  std::string text;
+};
+
+// Of taps that are negative, and of images that may hold sRGB codes. Tables that the config does not hold are read.
+// Filters that sharpen have negative taps, so they are no fault; but far more often a table has them by mistake, and R
+// would not show it.
+std::vector<InputNote> notes_on_inputs(const RunConfig& config);
 
 // Those files whose contents are not (or no longer) what the config holds of them, as the config spells them. A file
 // that is not there or cannot be read is none of them.

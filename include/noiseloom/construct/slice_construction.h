@@ -7,6 +7,11 @@
 // each is a permutation of its own samples: the pixel that is turned on as the r-th of its slice has place r, and gets
 // the r-th smallest sample. The kernel is F, sharpened in space (src/construct/stamp_kernel.h).
 //
+// Samples on a circle are compared by the shorter way round, which is the integral over u of [a in H(u)] xor
+// [b in H(u)], H(u) being the half of the circle that begins at u. So their point sets are halves of the places: as u
+// goes round, the pixel of the lowest place leaves the set and that of the place half a turn on enters it. They are
+// constructed by exchange.
+//
 // Phases, each a sequence of rounds; a round visits every slice once, one colour class (problem/colour_classes.h) after
 // the other, all slices of a class against the state before. A visit makes up to `points_per_visit` picks in its slice
 // alone, each at an extreme of the key (energy, keyed hash of the position, cell), which is a total order:
@@ -15,6 +20,12 @@
 //          a fixed number of rounds (slices that move at once may chase each other).
 //   drain  the tightest cluster of what is on gets the last place that is left, and is turned off
 //   fill   from the pattern again: the largest void gets the next place, and is turned on, until all are
+//
+// On a circle, of n pixels a slice, h = n / 2 rounded down:
+//   spread    from nothing the largest void is turned on, until h pixels are
+//   relax     as above, of these h
+//   exchange  step k: the tightest cluster of those of the h that are still on gets place k and is turned off, and the
+//             largest void among the others that were never on gets place k + h and is turned on, until all have one
 //
 // Energies are integers and follow from the pixels that are on, so nothing depends on ranks, threads or interruptions.
 // Distributed: a rank holds the energies of its own slices; after a class has moved, what it picked travels to the
@@ -46,12 +57,12 @@ inline constexpr std::int64_t construct_algorithm = 2;
 inline constexpr std::uint32_t pixel_is_on = 0xFFFFFFFEU;   // without a place yet
 inline constexpr std::uint32_t pixel_is_off = 0xFFFFFFFFU;  // without a place yet
 
-enum class ConstructPhase : std::int32_t { relax = 0, drain = 1, fill = 2, done = 3 };
+enum class ConstructPhase : std::int32_t { spread = 0, relax = 1, drain = 2, fill = 3, exchange = 4, done = 5 };
 
 // With the places, everything that a run is between two rounds; the same for every slice.
 struct ConstructProgress {
   ConstructPhase phase = ConstructPhase::relax;
-  std::int64_t num_start_points = 0;  // of a slice
+  std::int64_t num_start_points = 0;  // of a slice; on a circle half of its pixels
   std::int64_t num_placed = 0;        // pixels of a slice that have their place
   std::int64_t rounds = 0;            // of the present phase
   std::int64_t num_swaps = 0;         // of the relax phase, in all slices
@@ -61,10 +72,10 @@ struct ConstructProgress {
 class SliceConstruction {
  public:
   // `overlap`: that of `filter`, without a cutoff. `spec.sharpness`: as it is to be used (construct/sharpness.h finds
-  // it). Communicator and pool must outlive it. Requires fewer than 2^31 cells in a slice. Throws UserError for a table
-  // that cannot be used.
-  SliceConstruction(const Footprint& overlap, const FilterSpec& filter, const ConstructSpec& spec, std::uint64_t seed,
-                    const Communicator& communicator, ThreadPool& pool);
+  // it); on a circle its density has no meaning. Communicator and pool must outlive it. Requires fewer than 2^31 cells
+  // in a slice. Throws UserError for a table that cannot be used.
+  SliceConstruction(const Footprint& overlap, const FilterSpec& filter, SampleScale scale, const ConstructSpec& spec,
+                    std::uint64_t seed, const Communicator& communicator, ThreadPool& pool);
   ~SliceConstruction();
   SliceConstruction(const SliceConstruction&) = delete;
   SliceConstruction& operator=(const SliceConstruction&) = delete;

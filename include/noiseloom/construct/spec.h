@@ -1,10 +1,13 @@
-// What void and cluster is asked for, as plain values: the settings of [optimizer] that it alone has, and its problem.
+// What void and cluster and construction are asked for, as plain values: the settings of [optimizer] that they alone
+// have, and their problems.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "noiseloom/core/extents.h"
+#include "noiseloom/samples/sample_space.h"
 
 namespace noiseloom {
 
@@ -18,9 +21,23 @@ struct OrderSpec {
   Equalize equalize = Equalize::volume;
 };
 
+// How samples that can be constructed are compared: by their difference, or by the shorter way round a circle, which
+// they divide evenly.
+enum class SampleScale { line, circle };
+
+// Nothing where samples of `channels` numbers cannot be constructed. Of a user's list nobody knows how evenly it
+// divides a circle.
+inline std::optional<SampleScale> scale_of(const SampleSpec& samples, int channels) {
+  if (channels != 1) return std::nullopt;
+  const DistanceKind distance = distance_kind(samples, 1);
+  if (distance == DistanceKind::absolute) return SampleScale::line;
+  if (distance == DistanceKind::circle && !samples.is_file()) return SampleScale::circle;
+  return std::nullopt;
+}
+
 // How construction goes about it (construct/slice_construction.h).
 struct ConstructSpec {
-  double density = 0.03;  // share of the pixels of a slice in its start pattern, [0, 0.5]
+  double density = 0.03;  // share of the pixels of a slice in its start pattern, [0, 0.5]; on a circle it is half
   double sharpness = 0;   // exponent of the overlap in space, (0, 8]; 0: found from the problem
 };
 

@@ -11,16 +11,17 @@ namespace noiseloom {
 // What a draw is for; draws for different purposes are independent. The numbers are part of the format: never reuse
 // one.
 enum class Purpose : std::uint32_t {
-  jitter = 1,         // position inside a stratum
-  shuffle = 2,        // start permutation of a slice
-  proposal = 3,       // swap candidates and their acceptance
-  pairing = 4,        // Feistel rounds and the XOR of the paper's involution
-  fraction = 5,       // which pairs of the paper's method may swap
-  subset = 6,         // random blocks of samples for the mean distance
-  tie = 7,            // ties of void and cluster
-  start_pattern = 8,  // initial binary pattern of void and cluster
-  tile_shift = 9,     // where the tiles of a slice begin
-  slice_pattern = 10  // start pattern of a slice of construction
+  jitter = 1,          // position inside a stratum
+  shuffle = 2,         // start permutation of a slice
+  proposal = 3,        // swap candidates and their acceptance
+  pairing = 4,         // Feistel rounds and the XOR of the paper's involution
+  fraction = 5,        // which pairs of the paper's method may swap
+  subset = 6,          // random blocks of samples for the mean distance
+  tie = 7,             // ties of void and cluster
+  start_pattern = 8,   // initial binary pattern of void and cluster
+  tile_shift = 9,      // where the tiles of a slice begin
+  slice_pattern = 10,  // start pattern of a slice of construction
+  scramble = 11        // digits of a Sobol sequence
 };
 
 using RandomBlock = std::array<std::uint32_t, 4>;

@@ -29,7 +29,7 @@ struct ExportOptions {
   std::string slices;     // "a:b": a, a + 1, ..., b - 1
   std::string range;      // "lo:hi"
   std::string threshold;  // a fraction of all pixels: the points that come first, instead of the values
-  bool with_density = false;
+  std::string density;    // where the density goes: alpha, separate (images beside, of one channel) or none
   bool overwrite = false;
 };
 
@@ -40,14 +40,17 @@ struct ExportOutput {
   PixelType type = PixelType::uint8;
   PixelLayout pixel;
   std::vector<std::string> targets;  // layout `slices`: one file a slice, else one file
+
+  // Whether a channel holds the density of the samples.
+  bool has_density() const;
 };
 
 struct ExportPlan {
-  std::vector<ExportOutput> outputs;  // the one that was asked for, then the tables that go with a point set
+  std::vector<ExportOutput> outputs;  // the one that was asked for, then images of the density or tables of points
   SliceIndex begin = 0;
   SliceIndex end = 0;
-  std::optional<ValueRange> range;  // stored numbers are to_unit(range, value); none: the values themselves
-  bool with_density = false;
+  std::optional<ValueRange> range;         // stored numbers are to_unit(range, value); none: the values themselves
+  bool with_density = false;               // in the channel A
   std::optional<std::int64_t> num_points;  // with a threshold: how many pixels of the whole texture are points
 };
 

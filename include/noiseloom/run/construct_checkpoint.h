@@ -18,7 +18,7 @@
 
 namespace noiseloom {
 
-const char* construct_phase_name(ConstructPhase phase);  // "relax", "drain", "fill", "done"
+const char* construct_phase_name(ConstructPhase phase);  // "spread", "relax", ...
 
 struct ConstructRow {
   double phase = 0;   // as in ConstructPhase

@@ -15,6 +15,8 @@
 
 namespace noiseloom {
 
+// True where the density of the spec's space is not constant; false for files, which bring none.
+bool has_pdf(const SampleSpec& spec);
 // Of one sample. file: what the spec says; what the file holds is SampleSource::channels().
 int num_channels(const SampleSpec& spec);
 // Of samples of `channels` numbers. file: what the spec says, save that lengths of one number are `absolute`.

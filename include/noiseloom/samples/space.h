@@ -14,12 +14,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "noiseloom/core/extents.h"
 #include "noiseloom/samples/spec.h"
 
 namespace noiseloom {
@@ -63,6 +65,7 @@ struct SpaceTraits {
   std::optional<ValueRange> range;  // what every channel lies in; none: unbounded
   Support support = Support::unit_interval;
   bool has_constant_density = true;
+  bool is_net = false;  // sizes of textures must be powers of two, and hold 2^23 pixels at most
   std::vector<SpaceParameter> parameters = {};
   // In the names of published files: "vec2" in NVIDIA's, "vector2_uniform" in those of FAST's authors.
   std::string nvidia_name;
@@ -85,6 +88,12 @@ class SampleSpace {
   virtual void sample(std::int64_t n, std::int64_t id, const double* jitter, float* sample) const = 0;
   // The same for all n strata, interleaved [id][channel], bit for bit.
   virtual void list(std::int64_t n, const JitterOf& jitter, float* samples) const = 0;
+  // What slice `slice` of a texture holds, n strata in the same order: list(), or where the slices are parts of one set
+  // of points (nets), that part, which depends on the texture's seed alone.
+  virtual void list_of_slice(std::int64_t n, SliceIndex /*slice*/, std::uint64_t /*seed*/, const JitterOf& jitter,
+                             float* samples) const {
+    list(n, jitter, samples);
+  }
   // The stratum, of n, that holds a sample.
   virtual std::int64_t invert(std::int64_t n, const float* sample) const = 0;
   // Density of a sample with respect to length, area or solid angle (circle: turns). Positive for every sample that
@@ -104,6 +113,11 @@ const SampleSpace* find_sample_space(std::string_view name);
 // The space of a spec, which stays until the program ends. Requires that it names one, and no file, and that it has no
 // parameters or as many as the space.
 const SampleSpace& sample_space(const SampleSpec& spec);
+// The same, or that of an image: then it is made, from spec.array or else from the file, unless one of the same array
+// is in use. Throws UserError where the image is no density.
+std::shared_ptr<const SampleSpace> space_of(const SampleSpec& spec);
+// What is known of either without the image.
+SpaceTraits space_traits(const SampleSpec& spec);
 // What the parameters of a space are where a config does not say.
 std::vector<double> initial_parameters(const SpaceTraits& traits);
 
