@@ -94,6 +94,13 @@ void check_order_group(Reader& reader, const Value& value, const GroupSpec& grou
 }  // namespace
 
 void check_groups(Reader& reader, const Found& found) {
+  const std::vector<GroupSpec>& groups = found.owners.get<RunConfig>().problem.filter.groups;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const bool in_plane = std::any_of(groups[i].axes.begin(), groups[i].axes.end(), [](int axis) { return axis < 2; });
+    if (groups[i].kernel.kind != KernelKind::eye || !in_plane) continue;
+    reader.fault(*find(*(*found.value.array())[i].table(), "axes"), fmt::format("{}[{}].axes", found.shown, i),
+                 "the kernel \"eye\" is a filter over time: x and y have filters of their own");
+  }
   if (!reader.decided("filter.combine")) return;
   const bool product = found.owners.get<RunConfig>().problem.filter.combine == Combine::product;
   product ? check_axes_are_disjoint(reader, found) : check_weights(reader, found);
@@ -135,6 +142,14 @@ void check_construct(Reader& reader, const Value& root, const RunConfig& config)
                   scalars));
 }
 
+void check_curve(Reader& reader, const Value& root, const SampleSpec& samples) {
+  const Value* value = find_at(root, "optimizer.curve");
+  if (value == nullptr || samples.curve == Curve::none || !reader.decided("texture.samples.space")) return;
+  if (samples.space == "vector2" || samples.space == "vector3" || samples.space == "vector4") return;
+  reader.fault(*value, "optimizer.curve",
+               fmt::format("is for samples vector2, vector3 and vector4; here they are {}", samples.space));
+}
+
 // What `auto` stands for is known here, unless the samples are a list, and so is what does not go with it.
 void check_auto(Reader& reader, const Value& root, RunConfig& config) {
   if (config.problem.samples.is_file()) return;
@@ -150,6 +165,7 @@ void check_auto(Reader& reader, const Value& root, RunConfig& config) {
 
 void check_method(Reader& reader, const Value& root, const Owners& owners) {
   RunConfig& config = owners.get<RunConfig>();
+  check_curve(reader, root, config.problem.samples);
   check_sizes_of_nets(reader, root, config);
   const bool may_construct =
       config.optimizer.method == Method::construct || config.optimizer.method == Method::automatic;

@@ -32,13 +32,20 @@ void square_from_disk(double x, double y, double* u) {
 }
 
 double turns_of(double x, double y) {
-  // From the nearer axis, where the sine keeps its digits.
+  const auto arc_sine = [](double sine) { return 0.5 * math::pi - math::acos(sine); };
   const double radius = std::sqrt(x * x + y * y);
-  const auto small = [radius](double side) { return (0.5 * math::pi - math::acos(side / radius)) / math::two_pi; };
-  if (std::fabs(y) > std::fabs(x)) return y > 0 ? 0.25 - small(x) : 0.75 + small(x);
-  if (x < 0) return 0.5 - small(y);
-  const double turns = small(y);
-  return turns < 0 ? turns + 1 : turns;
+  if (radius == 0) return 0;
+  double angle;
+  if (std::fabs(y) <= std::fabs(x)) {
+    const double slope = arc_sine(y / radius);
+    angle = x >= 0 ? slope : math::pi - slope;
+  } else {
+    const double slope = arc_sine(x / radius);
+    angle = y >= 0 ? 0.5 * math::pi - slope : 1.5 * math::pi + slope;
+  }
+  const double turns = angle / math::two_pi;
+  const double positive = turns < 0 ? turns + 1 : turns;
+  return positive < 1 ? positive : 0;
 }
 
 void hemisphere_from_square(double u, double v, double* sample) {

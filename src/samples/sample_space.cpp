@@ -9,6 +9,7 @@
 #include "noiseloom/core/random.h"
 #include "noiseloom/files/npy.h"
 #include "noiseloom/samples/space.h"
+#include "samples/curve.h"
 #include "samples/sample_file.h"
 
 namespace noiseloom {
@@ -112,7 +113,8 @@ std::vector<float> SampleSource::list(SliceIndex slice) const {
   space.list_of_slice(
       impl_->cells_per_slice, slice, impl_->seed,
       [&](std::int64_t id, double* jitter) { draw_jitter(impl_->seed, slice, id, dimensions, jitter); }, list.data());
-  return list;
+  const Curve curve = impl_->spec.curve;
+  return curve == Curve::none ? list : along_curve(curve, space.traits().channels, list);
 }
 
 bool SampleSource::has_pdf() const { return impl_->space && !impl_->space->traits().has_constant_density; }

@@ -96,7 +96,6 @@ class Aperture {
 
   // The sector of the point's angle; the first begins an angle of one sector before the x axis.
   std::size_t sector_of(const Corner& point) const {
-    if (point.x == 0 && point.y == 0) return 0;
     const double turns = turns_of(point.x, point.y);
     return static_cast<std::size_t>(turns * static_cast<double>(sectors_.size()) + 1) % sectors_.size();
   }

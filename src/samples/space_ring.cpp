@@ -34,7 +34,7 @@ SpacePtr make_ring(const SpaceTraits& traits, const std::vector<double>& values)
                                               .to_domain =
                                                   [hole, length](int /*channels*/, const float* sample, double* u) {
                                                     const double square = square_of_radius(sample);
-                                                    u[0] = square > 0 ? length * turns_of(sample[0], sample[1]) : 0;
+                                                    u[0] = length * turns_of(sample[0], sample[1]);
                                                     u[1] = (square - hole) / (1 - hole);
                                                   },
                                               .contains =

@@ -32,7 +32,7 @@ void box_from_quaternion(int /*channels*/, const float* sample, double* u) {
   const double z = sample[2];
   const double w = sample[3];
   // On the side of w > 0 an angle of a whole turn is one of 0.
-  const double turns = z == 0 && w == 0 ? 0 : turns_of(z, w);
+  const double turns = turns_of(z, w);
   u[2] = 2 * half_circle * (turns > 0.75 ? 0 : turns);
 }
 

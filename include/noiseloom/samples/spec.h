@@ -17,6 +17,10 @@ constexpr bool is_between_unit_vectors(DistanceKind kind) {
   return kind == DistanceKind::angle || kind == DistanceKind::axis;
 }
 
+// A space-filling curve (src/samples/curve.h) that samples of two to four numbers are listed along, so that they can be
+// constructed as scalars are. none: in the order of the strata.
+enum class Curve { none, hilbert, morton };
+
 // What an image of a density covers (samples/image_density.h says which texel lies where).
 enum class ImageDomain { square, disk, sphere, hemisphere };
 
@@ -36,6 +40,8 @@ struct SampleSpec {
   DistanceKind distance = DistanceKind::euclidean;   // file only: how its samples are compared
   ImageDomain onto = ImageDomain::square;            // image only
   ImageEncoding encoding = ImageEncoding::unstated;  // image only
+
+  Curve curve = Curve::none;  // vector2 to vector4 only
 
   bool is_file() const { return space == "file"; }
   bool is_image() const { return space == "image"; }
