@@ -168,7 +168,8 @@ TEST(FeatureMap, OfUniformScalarsIsTheCosineSeries) {
   }
 }
 
-// Visible normals of a smooth surface: nearly all within 1e-3 of z, a few anywhere.
+// Visible normals of a smooth surface: nearly all within a few `roughness` of z, a few anywhere. Two of the bulk are
+// told apart by features that span it, and not by features that span the tails as well.
 TEST(FeatureMap, OfTheBulkIsNotDrawnOutByFarTails) {
   SampleSpec spec;
   spec.space = "ggx";
@@ -176,8 +177,18 @@ TEST(FeatureMap, OfTheBulkIsNotDrawnOutByFarTails) {
   for (const double roughness : {1e-4, 1e-2}) {
     spec.parameters = {roughness, 30};
     const std::vector<float> list = SampleSource(spec, 4096, 1, 1).list(0);
-    EXPECT_GT(FeatureMap(kernel, 64, list, FeatureMap::Span::all).missed(), 0.4);
-    EXPECT_LT(FeatureMap(kernel, 64, list, FeatureMap::Span::bulk).missed(), 0.4);
+    const float a[3] = {static_cast<float>(-roughness / 2), 0, 1};
+    const float b[3] = {static_cast<float>(roughness / 2), 0, 1};
+    const auto largest_difference = [&](FeatureMap::Span span) {
+      const FeatureMap map(kernel, 16, list, span);
+      const std::vector<double> of_a = map.features(a);
+      const std::vector<double> of_b = map.features(b);
+      double largest = 0;
+      for (std::size_t n = 0; n < of_a.size(); ++n) largest = std::max(largest, std::fabs(of_a[n] - of_b[n]));
+      return largest;
+    };
+    EXPECT_LT(largest_difference(FeatureMap::Span::all), 0.1);
+    EXPECT_GT(largest_difference(FeatureMap::Span::bulk), 0.2);
   }
 }
 

@@ -42,13 +42,15 @@ inline ValueKernel kernel_of(const Space& space, ValueKernelKind kind, int num_a
 inline double oracle_kernel(const ValueKernel& kernel, const float* a, const float* b) {
   double dot = 0;
   double square = 0;
+  double to_opposite = 0;
   for (int c = 0; c < kernel.channels; ++c) {
     dot += double{a[c]} * double{b[c]};
     square += (double{a[c]} - double{b[c]}) * (double{a[c]} - double{b[c]});
+    to_opposite += (double{a[c]} + double{b[c]}) * (double{a[c]} + double{b[c]});
   }
   double d = std::sqrt(square);
   if (kernel.distance == DistanceKind::circle) d = std::min(d, 1 - d);
-  if (kernel.distance == DistanceKind::axis) d *= std::sqrt(std::max(4 - square, 0.0)) / 2;
+  if (kernel.distance == DistanceKind::axis) d *= std::sqrt(to_opposite) / 2;
   if (kernel.distance == DistanceKind::angle) d = std::acos(std::clamp(dot, -1.0, 1.0));
   return kernel.kind == ValueKernelKind::distance ? -d
                                                   : std::exp(-std::pow(d, kernel.exponent) * kernel.inverse_sigma_s2);

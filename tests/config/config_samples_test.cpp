@@ -18,6 +18,7 @@ using ::testing::StartsWith;
 
 std::string with_samples(const std::string& samples) {
   ConfigText text;
+  text.size = "size = { x = 8, y = 4, t = 2 }";  // powers of two, as nets want them
   text.samples = "samples = " + samples;
   return text.text();
 }
