@@ -9,7 +9,6 @@ pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(highway REQUIRED IMPORTED_TARGET libhwy)
 if(noiseloom_image_libraries)
   pkg_check_modules(fftw REQUIRED IMPORTED_TARGET fftw3)
-  pkg_check_modules(oiio REQUIRED IMPORTED_TARGET OpenImageIO)  # its CMake package wants OpenCV headers
 endif()
 
 # The C library of HDF5, any build of 1.10 or later. It is looked for where Debian has the serial one, then by HDF5's own CMake

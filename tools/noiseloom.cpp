@@ -13,7 +13,6 @@
 #include <system_error>
 #include <vector>
 
-#include "address_space.h"
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/standard_streams.h"
@@ -59,7 +58,6 @@ bool is_one_of(const std::string& word, const std::vector<std::string>& words) {
 
 // Replaces this process by noiseloom-study, installed beside this program.
 int run_study(char** argv) {
-  if (!enough_address_space()) return exit_environment;
   if (const std::string beside = study_beside(); !beside.empty()) execv(beside.c_str(), argv);
   execvp("noiseloom-study", argv);
   print_error(fmt::format("noiseloom-study: {}; it belongs beside noiseloom\n", std::strerror(errno)));

@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <new>
 
-#include "address_space.h"
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/standard_streams.h"
@@ -64,15 +63,6 @@ int run(int argc, char** argv) {
     return exit_environment;
   }
 }
-
-// Runs before the libraries are set up, as one of them starts threads then (main() would be too late).
-#if !defined(NOISELOOM_SANITIZE_ADDRESS) && !defined(NOISELOOM_SANITIZE_THREAD)
-void refuse_little_address_space(int, char**, char**) {
-  if (!enough_address_space()) ::_exit(exit_environment);
-}
-[[gnu::section(".preinit_array"), gnu::used]] void (*const before_libraries)(int, char**,
-                                                                             char**) = refuse_little_address_space;
-#endif
 
 }  // namespace
 

@@ -1,8 +1,5 @@
 #include "noiseloom/image/image_io.h"
 
-#include "image/image_library.h"
-#include "noiseloom/core/error.h"
-
 namespace noiseloom {
 
 std::size_t bytes_per_number(PixelType type) {
@@ -16,11 +13,6 @@ std::string to_string(PixelType type) {
 std::size_t ImageShape::num_bytes() const {
   return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels) *
          bytes_per_number(type);
-}
-
-void use_one_image_thread() {
-  OIIO::attribute("threads", 1);
-  OIIO::attribute("exr_threads", -1);
 }
 
 }  // namespace noiseloom

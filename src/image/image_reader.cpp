@@ -79,45 +79,38 @@ Checked checked_claim(const std::string& path) {
   return checked;
 }
 
-ImageShape shape_of(const std::string& path, const OIIO::ImageSpec& spec, std::int64_t most_bytes) {
-  ImageShape shape{spec.width, spec.height, spec.nchannels, PixelType::uint8, spec.channelnames, spec.alpha_channel};
-  if (spec.format == OIIO::TypeDesc::UINT8) {
-    shape.type = PixelType::uint8;
-  } else if (spec.format == OIIO::TypeDesc::UINT16) {
-    shape.type = PixelType::uint16;
-  } else if (spec.format == OIIO::TypeDesc::FLOAT || spec.format == OIIO::TypeDesc::HALF) {
-    shape.type = PixelType::float32;
-  } else {
-    throw UserError(
-        path, fmt::format("numbers of type {}; accepted: 8 and 16 bit unsigned, half, float", spec.format.c_str()));
-  }
-  if (spec.depth > 1) throw UserError(path, "a volume image; accepted: flat images, one a slice");
-  if (spec.deep) throw UserError(path, "a deep image; accepted: flat images with one value a channel");
+void check_part(const std::string& path, const ImagePart& part, std::int64_t most_bytes) {
+  const ImageShape& shape = part.shape;
+  if (!part.other_type.empty())
+    throw UserError(path,
+                    fmt::format("numbers of type {}; accepted: 8 and 16 bit unsigned, half, float", part.other_type));
+  if (!part.flat) throw UserError(path, "a volume image; accepted: flat images, one a slice");
+  if (part.deep) throw UserError(path, "a deep image; accepted: flat images with one value a channel");
   if (shape.width < 1 || shape.height < 1 || shape.channels < 1)
     throw UserError(path, fmt::format("not an image that can be read: {} x {} pixels, {} channels", shape.width,
                                       shape.height, shape.channels));
-  const double tile = static_cast<double>(spec.tile_width) * spec.tile_height * shape.channels;
+  const double tile = static_cast<double>(part.tile_width) * part.tile_height * shape.channels;
   const double pixels = static_cast<double>(shape.width) * shape.height * shape.channels;
   if (std::max(tile, pixels) * static_cast<double>(bytes_per_number(shape.type)) > static_cast<double>(most_bytes))
     throw UserError(path, fmt::format("its header says {} x {} pixels with {} channels in tiles of {} x {}, but a file "
                                       "of its size cannot hold so many",
-                                      shape.width, shape.height, shape.channels, spec.tile_width, spec.tile_height));
-  return shape;
+                                      shape.width, shape.height, shape.channels, part.tile_width, part.tile_height));
 }
 
-std::string window_of(const OIIO::ImageSpec& spec) {
-  if (spec.x == spec.full_x && spec.y == spec.full_y && spec.width == spec.full_width &&
-      spec.height == spec.full_height)
+std::string window_of(const ImagePart& part) {
+  const ImageShape& shape = part.shape;
+  if (part.x == part.full_x && part.y == part.full_y && shape.width == part.full_width &&
+      shape.height == part.full_height)
     return "";
-  return fmt::format("data window {} x {} at {}, {} in a display window of {} x {} at {}, {}", spec.width, spec.height,
-                     spec.x, spec.y, spec.full_width, spec.full_height, spec.full_x, spec.full_y);
+  return fmt::format("data window {} x {} at {}, {} in a display window of {} x {} at {}, {}", shape.width,
+                     shape.height, part.x, part.y, part.full_width, part.full_height, part.full_x, part.full_y);
 }
 
 }  // namespace
 
 struct ImageReader::Impl {
   std::string path;
-  std::unique_ptr<OIIO::ImageInput> input;
+  std::unique_ptr<ImageInput> input;
   std::vector<ImageShape> shapes;
   std::vector<std::string> windows;
   // Tiles cross rows: a tiled part is read whole, at its first row.
@@ -125,12 +118,12 @@ struct ImageReader::Impl {
   int whole_part = -1;
   std::vector<std::byte> whole;
 
-  [[noreturn]] void fail() { throw UserError(path, "cannot read the pixels: " + words_of(input->geterror())); }
+  [[noreturn]] void fail() { throw UserError(path, "cannot read the pixels: " + words_of(input->error())); }
   void read_whole(int part) {
     if (whole_part == part) return;
     const ImageShape& shape = shapes[static_cast<std::size_t>(part)];
     whole.assign(shape.num_bytes(), std::byte{});
-    if (!input->read_image(part, 0, 0, shape.channels, oiio_type(shape.type), whole.data())) fail();
+    if (!input->seek(part) || !input->read_all(shape.type, whole.data())) fail();
     whole_part = part;
   }
 };
@@ -138,25 +131,22 @@ struct ImageReader::Impl {
 ImageReader::ImageReader(const std::string& path) : impl_(std::make_unique<Impl>()) {
   const Checked checked = checked_claim(path);
   const std::int64_t most_bytes = checked.most_pixels * most_bytes_per_pixel;
-  use_one_image_thread();
-  OIIO::attribute("limits:imagesize_MB", static_cast<int>(std::min<std::int64_t>(most_bytes / megabyte + 1, 1 << 30)));
+  const ImageLibrary& library = image_library();
+  library.limit_image_size(static_cast<int>(std::min<std::int64_t>(most_bytes / megabyte + 1, 1 << 30)));
   impl_->path = path;
-  OIIO::ImageSpec hints;
-  hints.attribute("oiio:UnassociatedAlpha", 1);  // else colours are multiplied by alpha
-  hints.attribute("oiio:RawColor", 1);
-  impl_->input = OIIO::ImageInput::create(checked.claim.format);
-  OIIO::ImageSpec spec;
-  if (!impl_->input) throw EnvironmentError(path + ": " + words_of(OIIO::geterror()));
-  if (!impl_->input->open(path, spec, hints))
-    throw UserError(path, "not an image that can be read: " + words_of(impl_->input->geterror()));
+  impl_->input = library.input(checked.claim.format);
+  if (!impl_->input) throw EnvironmentError(path + ": " + words_of(library.error()));
+  if (!impl_->input->open(path))
+    throw UserError(path, "not an image that can be read: " + words_of(impl_->input->error()));
   constexpr int most_parts = 1 << 16;
-  for (int part = 0; part < most_parts && impl_->input->seek_subimage(part, 0); ++part) {
-    const OIIO::ImageSpec& found = impl_->input->spec();
-    impl_->shapes.push_back(shape_of(path, found, most_bytes));
+  for (int part = 0; part < most_parts && impl_->input->seek(part); ++part) {
+    const ImagePart found = impl_->input->part();
+    check_part(path, found, most_bytes);
+    impl_->shapes.push_back(found.shape);
     impl_->windows.push_back(window_of(found));
     impl_->tiled.push_back(found.tile_width > 0);
   }
-  impl_->input->geterror();  // seeking past the last part is no fault
+  impl_->input->error();  // seeking past the last part is no fault
   if (impl_->shapes.empty()) throw UserError(path, "not an image that can be read: it has no pixels");
 }
 ImageReader::~ImageReader() = default;
@@ -177,11 +167,8 @@ void ImageReader::read_rows(int part, int first_row, int num_rows, std::span<std
     std::memcpy(bytes.data(), impl_->whole.data() + static_cast<std::size_t>(first_row) * row_bytes, bytes.size());
     return;
   }
-  if (!impl_->input->seek_subimage(part, 0)) impl_->fail();
-  const int top = impl_->input->spec().y;  // rows are counted in the display window
-  const bool done = impl_->input->read_scanlines(part, 0, top + first_row, top + first_row + num_rows, 0, 0,
-                                                 image.channels, oiio_type(image.type), bytes.data());
-  if (!done) impl_->fail();
+  if (!impl_->input->seek(part) || !impl_->input->read_rows(first_row, first_row + num_rows, image.type, bytes.data()))
+    impl_->fail();
 }
 
 std::string lower_case_extension(const std::string& path) {

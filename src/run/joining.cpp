@@ -17,7 +17,6 @@
 namespace noiseloom {
 namespace {
 
-constexpr double share_of_trials = 0.05;
 constexpr double fewest_trial_iterations = 100;  // fewer do not tell what more would come to
 constexpr double most_trial_iterations = 2000;
 constexpr double most_trial_candidates = 2e7;  // of a trial: seconds, between two looks at the signals
@@ -51,7 +50,9 @@ SampleSpec thinned(const SampleSpec& samples, const SampleSource& source, std::i
   return thin;
 }
 
-Twin twin_of(const RunConfig& config, const SampleSource& source) {
+}  // namespace
+
+Extents extents_of_trials(const RunConfig& config) {
   const Extents& extents = config.problem.extents;
   const Footprint footprint(extents, config.problem.filter);
   const bool coupled = footprint.couples_slices();
@@ -72,8 +73,14 @@ Twin twin_of(const RunConfig& config, const SampleSource& source) {
     if (*longest < 8) break;
     *longest /= 2;
   }
+  return Extents(sizes, names);
+}
+
+namespace {
+
+Twin twin_of(const RunConfig& config, const SampleSource& source) {
   Twin twin{config.problem, config.optimizer};
-  twin.problem.extents = Extents(sizes, names);
+  twin.problem.extents = extents_of_trials(config);
   twin.problem.samples = thinned(config.problem.samples, source, twin.problem.extents.cells_per_slice());
   twin.optimizer.method = Method::anneal;
   return twin;
@@ -107,14 +114,14 @@ double extrapolated_error(double error_of_quarter, double error, double tried, d
   const double gain = math::log(error_of_quarter / error);
   // The sum of lasting^k for k = 1, 2, ..., quadruplings.
   const double times =
-      lasting < 1 ? lasting * (1 - math::exp(quadruplings * math::log(lasting))) / (1 - lasting) : quadruplings;
+      lasting == 1 ? quadruplings : lasting * (1 - math::exp(quadruplings * math::log(lasting))) / (1 - lasting);
   return error * math::exp(-gain * times);
 }
 
 double lasting_gain(double error_of_sixteenth, double error_of_quarter, double error) {
   const double before = math::log(error_of_sixteenth / error_of_quarter);
   const double last = math::log(error_of_quarter / error);
-  return before > 0 ? std::clamp(last / before, 0.5, 1.0) : 1;
+  return before > 0 ? std::clamp(last / before, 0.5, 1.2) : 1;
 }
 
 Joining joining_of(double expected_ratio) {

@@ -38,8 +38,12 @@ RunPlan plan_run(const RunConfig& config, const PlanRequest& request) {
     case Method::construct:
       return config.optimizer.stop.is_none() ? plan_construct(config, request)
                                              : plan_construct_and_anneal(config, request);
-    default:
-      return plan_swaps(config, request, config.start.file.empty() ? Start::random : Start::given);
+    default: {
+      if (config.start.file.empty()) return plan_swaps(config, request, Start::random);
+      RunPlan plan = plan_swaps(config, request, Start::given);
+      add_trials(config, plan);
+      return plan;
+    }
   }
 }
 

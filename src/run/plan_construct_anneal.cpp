@@ -2,13 +2,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "run/joining.h"
+#include "run/plan_memory.h"
 #include "run/plan_swap.h"
 
 namespace noiseloom {
 namespace {
-
-// Trials of how hot annealing may begin (src/run/joining.h).
-constexpr double share_of_joining_trials = 0.05;
 
 PlanEffect annealing(const StopSpec& stop) {
   const char* const rule = stop.iterations > 0 ? "stop.iterations"
@@ -22,12 +21,30 @@ PlanEffect annealing(const StopSpec& stop) {
 
 }  // namespace
 
+// A small texture of the same filter: features, taps and threads are those of the run, slices as much less as they are
+// smaller.
+void add_trials(const RunConfig& config, RunPlan& plan) {
+  const OptimizerSpec& optimizer = config.optimizer;
+  if (optimizer.temperature_start > 0 || optimizer.temperature_end > 0) return;
+  const double slices = as_double(plan.ranks.front().slices);
+  const double cells = std::max(1.0, slices) * as_double(config.problem.extents.cells_per_slice());
+  const double share = as_double(extents_of_trials(config).num_cells()) / cells;
+  PlanMemory& most = plan.most;
+  const double before = most.peak();
+  most.at_start = std::max(most.at_start,
+                           share * (most.texture + std::max(most.at_score, most.at_move)) + most.filter + most.threads);
+  for (PlanRank& rank : plan.ranks) rank.bytes += most.peak() - before;
+  add_node_bytes(plan);
+  plan.time.moves *= 1 + share_of_trials;
+}
+
 // One part after the other: the memory of that which needs more, and the time of both.
 RunPlan plan_construct_and_anneal(const RunConfig& config, const PlanRequest& request) {
   RunConfig second = config;
   second.optimizer.method = Method::anneal;
   const RunPlan construction = plan_construct(config, request);
   RunPlan plan = plan_swaps(second, request, Start::given);
+  add_trials(config, plan);
   plan.method = construction.method;
   for (const PlanEffect& effect : construction.effects) {
     const bool there = std::any_of(plan.effects.begin(), plan.effects.end(),
@@ -41,7 +58,6 @@ RunPlan plan_construct_and_anneal(const RunConfig& config, const PlanRequest& re
     plan.ranks[k].bytes = std::max(plan.ranks[k].bytes, construction.ranks[k].bytes);
   }
   plan.node_bytes = std::max(plan.node_bytes, construction.node_bytes);
-  plan.time.moves *= 1 + share_of_joining_trials;
   plan.time.start += construction.time.total() - construction.time.saves;
   plan.time.spread = std::max(plan.time.spread, construction.time.spread);
   return plan;

@@ -14,6 +14,8 @@ enum class Start { random, given };
 RunPlan plan_swaps(const RunConfig& config, const PlanRequest& request, Start start);  // anneal and fast
 RunPlan plan_order(const RunConfig& config, const PlanRequest& request);               // void and cluster
 RunPlan plan_construct(const RunConfig& config, const PlanRequest& request);           // without a stop rule
+// Adds the trials of how hot annealing may begin (src/run/joining.h), which every rank makes for itself.
+void add_trials(const RunConfig& config, RunPlan& plan);
 RunPlan plan_construct_and_anneal(const RunConfig& config, const PlanRequest& request);
 
 // What needs no more than the config.

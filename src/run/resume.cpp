@@ -6,6 +6,7 @@
 #include "noiseloom/config/stored_config.h"
 #include "noiseloom/files/file_ops.h"
 #include "noiseloom/run/checkpoint.h"
+#include "noiseloom/run/construct_checkpoint.h"
 
 namespace noiseloom {
 namespace {
@@ -66,6 +67,8 @@ std::vector<Fault> config_faults(const RunFileReader& saved, RunConfig config) {
   RunConfig with_stored_stop = config;
   with_stored_stop.optimizer.stop = stored.optimizer.stop;
   if (config_differences(text, to_toml(with_stored_stop)).empty()) {
+    // What is annealed later is constructed alike, whatever the rule.
+    if (is_construct_run(saved.content())) return {};
     const std::string why = why_not_extended(stored.optimizer, config.optimizer);
     return why.empty() ? std::vector<Fault>{} : std::vector<Fault>{{saved.path(), why}};
   }

@@ -1,4 +1,4 @@
-// What accuracy costs: the ladder, what fits into a budget, the table on disk and what it says.
+// What accuracy costs: the ladder, what fits into a budget, the table on disk.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 #include "accuracy/accuracy_score.h"
 #include "accuracy/ladder_support.h"
 #include "noiseloom/accuracy/accuracy_ladder.h"
-#include "noiseloom/accuracy/accuracy_report.h"
 #include "noiseloom/accuracy/accuracy_table.h"
 #include "support/run_files.h"
 
@@ -20,15 +19,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
-
-RunConfig config_with(const std::string& optimizer) {
-  return parse_config(
-      "[texture]\nsize = { x = 11, y = 7, t = 3 }\nsamples = \"uniform\"\n[filter]\ncombine = \"product\"\n"
-      "groups = [ { axes = \"xy\", kernel = \"box\", size = 3 }, { axes = \"t\", kernel = \"box\", size = 3 } ]\n"
-      "[optimizer]\n" +
-          optimizer,
-      "test.toml", "", {});
-}
 
 AccuracyLadder ladder_of(const std::string& optimizer, bool background = true, bool scalar = false, int runs = 1) {
   const bool named = optimizer.find("method") != std::string::npos;
@@ -237,28 +227,6 @@ TEST(AccuracyPrediction, CountsEveryRunOfAPoint) {
   EXPECT_DOUBLE_EQ(*predicted_seconds(ladder, ladder.default_point(), {}), 3 * 11.0);
 }
 
-AccuracyRow row(Method method, std::int64_t n, double seconds, double r) {
-  AccuracyRow result;
-  result.point = {method, "iterations", std::to_string(n), n, false};
-  result.iterations = n;
-  result.seed = 7;
-  result.threads = 2;
-  result.add({seconds, r, r * 1.01, r * 1.0001});
-  result.command = "noiseloom generate \"my, config\".toml --set 'optimizer.stop.iterations=" + std::to_string(n) + "'";
-  return result;
-}
-
-std::vector<AccuracyRow> some_rows() {
-  std::vector<AccuracyRow> rows = {row(Method::anneal, 25, 1, 0.4), row(Method::anneal, 50, 2, 0.21),
-                                   row(Method::anneal, 100, 10, 0.2), row(Method::fast, 10, 3, 0.5)};
-  rows[1].point = {Method::anneal, "", "", 50, true};
-  rows.push_back(row(Method::anneal, 50, 4, 0.22));
-  rows.back().point = {Method::anneal, "cutoff", "0.05", 50, false};
-  rows.back().r_8bit.reset();
-  rows.back().r_16bit.reset();
-  return rows;
-}
-
 TEST(AccuracyTable, FrontHoldsWhatNothingBeats) {
   EXPECT_THAT(pareto_front(some_rows()), ElementsAre(true, true, true, false, false));
   EXPECT_THAT(pareto_front({row(Method::anneal, 25, 1, 0.4), row(Method::anneal, 50, 1, 0.4)}),
@@ -326,73 +294,6 @@ TEST(AccuracyTable, RefusesADamagedTableByLine) {
     const bool between_lines = end > 0 && text[end - 1] == '\n';
     EXPECT_EQ(fault(text.substr(0, end)).empty(), between_lines) << end;
   }
-}
-
-TEST(AccuracySentences, SayWhatTheLastPerCentsCost) {
-  const std::vector<std::string> sentences = accuracy_sentences(some_rows());
-  EXPECT_THAT(sentences.front(), HasSubstr("The last 5 % of error cost 80 % of the time: R = 0.2100 is reached after "
-                                           "2.00 s"));
-  EXPECT_THAT(sentences, Contains(AllOf(HasSubstr("The default (anneal, 50 iterations)"), HasSubstr("4.8 % less"),
-                                        HasSubstr("5 times the seconds"))));
-  EXPECT_THAT(sentences, Contains(HasSubstr("Nothing that was measured is clearly both")));
-  EXPECT_THAT(sentences, Contains(AllOf(HasSubstr("R = 0.5000 at best"), HasSubstr("anneal has R = 0.4000"))));
-  EXPECT_THAT(sentences, Contains(HasSubstr("in 8 bits the best leaves R = 0.2020 (1 % more)")));
-}
-
-TEST(AccuracySentences, AreHonestAboutTheDefault) {
-  std::vector<AccuracyRow> rows = some_rows();
-  rows[1].relative_error = 0.19;  // now the best of all
-  EXPECT_THAT(accuracy_sentences(rows), Contains(HasSubstr("The default (anneal, 50 iterations) is the best")));
-  rows = some_rows();
-  rows[1].relative_error = rows[1].least_error = rows[1].largest_error = 0.45;
-  EXPECT_THAT(accuracy_sentences(rows), Contains(HasSubstr("The default is not the best use of its time: anneal, 25")));
-  rows[1].least_error = 0.35;  // one of its seeds was as good
-  EXPECT_THAT(accuracy_sentences(rows), Contains(HasSubstr("Nothing that was measured is clearly both")));
-  rows[1].least_error = 0.45;
-  rows[0].iterations = 60;  // more of the same, which a noisy clock calls shorter
-  EXPECT_THAT(accuracy_sentences(rows), Contains(HasSubstr("Nothing that was measured is clearly both")));
-  rows[1].point = {Method::anneal, "iterations", "50", 50, false};
-  EXPECT_THAT(accuracy_sentences(rows), Contains(HasSubstr("The default did not run")));
-  EXPECT_THAT(accuracy_sentences({rows[0]}), Not(IsEmpty()));
-}
-
-TEST(AccuracySentences, CompareAMethodWithoutIterations) {
-  std::vector<AccuracyRow> rows = some_rows();
-  rows.push_back(row(Method::construct, 0, 0.5, 0.3));
-  EXPECT_THAT(accuracy_sentences(rows),
-              Contains("construct has R = 0.3000 after 0.50 s; anneal has R = 0.2100 after 2.00 s."));
-  rows.back() = row(Method::construct, 0, 0.5, 0.1);
-  EXPECT_THAT(accuracy_sentences(rows),
-              Contains("construct has R = 0.1000 after 0.50 s; no run of anneal comes as low."));
-}
-
-TEST(AccuracyPage, ShowsHowFarSeedsSpread) {
-  AccuracyStudy study{"my.toml", config_with(""), some_rows(), {}, 60, 20, "Complete"};
-  const auto uprights = [&] {
-    const std::string page = accuracy_html(study);
-    int count = 0;
-    for (std::size_t at = 0; (at = page.find("<line class='nl-main'", at)) != std::string::npos; ++at) ++count;
-    return count;
-  };
-  const int others = uprights();  // of the legend
-  study.rows[0].add({1, 0.3, 0.3, 0.3});
-  EXPECT_EQ(uprights(), others + 1);
-  const std::string page = accuracy_html(study);
-  EXPECT_THAT(page, AllOf(HasSubstr("anneal, 25 iterations: R 0.3500 (0.3000 to 0.4000)"), HasSubstr("2 of each point"),
-                          HasSubstr("texture.seed=2")));
-}
-
-TEST(AccuracyPage, ShowsEveryPointAndNeedsNothingElse) {
-  AccuracyStudy study{"folder/<my>.toml", config_with(""), some_rows(), {}, 60, 20, "Complete"};
-  study.left_out.push_back({{Method::anneal, "precision", "double", 50, false}, "expected to take 3 h", false});
-  const std::string page = accuracy_html(study);
-  EXPECT_THAT(page, AllOf(HasSubstr("&lt;my&gt;.toml"), HasSubstr("<svg"), HasSubstr("Pareto front"),
-                          HasSubstr("cutoff 0.05"), HasSubstr("precision double"), HasSubstr("expected to take 3 h"),
-                          HasSubstr("The last 5 % of error"), HasSubstr("iterations=100")));
-  EXPECT_THAT(page, AllOf(Not(HasSubstr("<script")), Not(HasSubstr("src=")), Not(HasSubstr("href=")),
-                          Not(HasSubstr("url(")), Not(HasSubstr("nan"))));
-  study.rows.clear();
-  EXPECT_THAT(accuracy_html(study), HasSubstr("expected to take 3 h"));
 }
 
 TEST(AccuracyScore, StoresInBitsAsImagesDo) {

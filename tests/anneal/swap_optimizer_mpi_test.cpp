@@ -377,43 +377,5 @@ TEST(SwapOptimizer, ShowsNothingButR) {
   }
 }
 
-Case ending_by(StopSpec stop, std::vector<std::int64_t> sizes) {
-  Case job{"", {}, {}};
-  job.problem.extents = Extents(std::move(sizes));
-  job.problem.filter.groups = {group({0, 1}, box(3))};
-  job.optimizer.stop = stop;
-  return job;
-}
-
-std::string reason_of_ending(const Case& job, std::vector<HistoryRow>& history) {
-  const Communicator alone = Communicator::self();
-  ThreadPool pool(1);
-  const SampleSource source = source_of(job.problem);
-  SwapOptimizer optimizer(job.problem, job.optimizer, source, alone, pool);
-  optimizer.start();
-  while (!optimizer.finished() && optimizer.sweep() < 5000) optimizer.step(0);
-  history = optimizer.history();
-  return optimizer.finished_by();
-}
-
-TEST(SwapOptimizer, EndsWhereItsStopRuleCannotBeMet) {
-  StopSpec score;
-  score.iterations = 0;
-  score.score = 1e-6;
-  std::vector<HistoryRow> history;
-  EXPECT_EQ(reason_of_ending(ending_by(score, {16, 16}), history), ended::out_of_reach);
-  for (const std::vector<std::int64_t>& sizes : {std::vector<std::int64_t>{1, 1}, {1, 1, 7}}) {
-    EXPECT_EQ(reason_of_ending(ending_by(score, sizes), history), ended::nothing_to_swap);
-    EXPECT_EQ(history.size(), 1U);
-  }
-  score.score = 0.99;
-  EXPECT_EQ(reason_of_ending(ending_by(score, {16, 16}), history), ended::by_score);
-  StopSpec improvement;
-  improvement.iterations = 0;
-  improvement.improvement = 0.02;
-  EXPECT_EQ(reason_of_ending(ending_by(improvement, {16, 16}), history), ended::by_improvement);
-  EXPECT_LT(history.back().iterations, 5000);
-}
-
 }  // namespace
 }  // namespace noiseloom

@@ -66,7 +66,7 @@ void expect_equals_oracle(const VacSpec& spec) {
 }
 
 TEST(VoidAndCluster, EqualsSlowTwinIn2D) {
-  for (const std::uint64_t seed : {1, 2, 3}) expect_equals_oracle(vac_spec({16, 16}, {{0, 1}}, 1.9, seed));
+  for (const std::uint64_t seed : {1U, 2U, 3U}) expect_equals_oracle(vac_spec({16, 16}, {{0, 1}}, 1.9, seed));
   expect_equals_oracle(vac_spec({31, 23}, {{0, 1}}, 1.5));
   expect_equals_oracle(vac_spec({67, 13}, {{0, 1}}, 1.5));  // rows longer than one word of bits, leaves across rows
   expect_equals_oracle(vac_spec({13, 67}, {{1, 0}}, 1.1));

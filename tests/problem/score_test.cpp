@@ -208,7 +208,7 @@ TEST(Score, HasTheSameBitsForAnyVectorWidth) {
   for (const DistanceKind kind : {DistanceKind::absolute, DistanceKind::circle, DistanceKind::euclidean,
                                   DistanceKind::angle, DistanceKind::axis}) {
     const SampleRun a{values.data(), 1527};
-    for (const std::size_t count : {0, 1, 7, 8, 127, 128, 129, 1018}) {
+    for (const std::size_t count : {0U, 1U, 7U, 8U, 127U, 128U, 129U, 1018U}) {
       EXPECT_EQ(sum_of_pairs(kind)(a, a.from(509), count, 3), sum_of_pairs(kind, true)(a, a.from(509), count, 3));
       EXPECT_EQ(sum_to_first(kind)(a, a.from(509), count, 3), sum_to_first(kind, true)(a, a.from(509), count, 3));
     }
@@ -224,7 +224,7 @@ TEST(Score, OfRowsIsTheSumOverTapsWithTheSameBitsOnAllInstructionSets) {
   const double* b = a + 500;
   for (const bool circle : {false, true}) {
     const auto sum = circle ? circle_row_sum : scalar_row_sum;
-    for (const std::size_t count : {0, 1, 7, 8, 127, 128, 129, 1018}) {
+    for (const std::size_t count : {0U, 1U, 7U, 8U, 127U, 128U, 129U, 1018U}) {
       double expected = 0;
       for (std::size_t k = 0; k < offsets.size(); ++k) {
         for (std::size_t i = 0; i < count; ++i) {

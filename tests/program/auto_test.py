@@ -129,6 +129,16 @@ class Auto(ProgramTest):
         refused = self.generate(re.sub("stop.*", "", COLD), "later.h5", "--resume", expect=2)
         self.assertIn("iterations = 40", refused.stderr)
 
+    def test_the_rule_may_change_while_it_is_constructed(self):
+        longer = COLD.replace("iterations = 40", "iterations = 30")
+        self.generate(longer, "straight.h5")
+        self.generate(COLD, "changed.h5", "--time-limit", "0.000001s", expect=75)
+        self.assertIn(self.info("changed.h5")["state"]["phase"], ("relax", "drain", "fill"))
+        self.generate(longer, "changed.h5", "--resume")
+        self.assertEqual(self.info("changed.h5")["checksums"], self.info("straight.h5")["checksums"])
+        refused = self.generate(COLD.replace("sigma = 1.0", "sigma = 0.9"), "changed.h5", "--resume", expect=2)
+        self.assertIn("sigma", refused.stderr)
+
     def test_stop_rules(self):
         self.generate(re.sub("stop.*", "", JOINED), "constructed.h5")
         before = self.read("constructed.h5")[1]["relative_error"]

@@ -10,6 +10,16 @@ from support import SOURCE, ProgramTest, main
 BUILD = pathlib.Path(os.environ["NOISELOOM_BUILD_DIR"])
 CMAKE = os.environ["NOISELOOM_CMAKE"]
 
+SMALL = """
+[texture]
+size = { x = 8, y = 8 }
+samples = "uniform"
+[filter]
+groups = [ { axes = "xy", kernel = "box", size = 3 } ]
+[optimizer]
+stop = { iterations = 1 }
+"""
+
 
 class Install(ProgramTest):
     def setUp(self):
@@ -46,6 +56,17 @@ class Install(ProgramTest):
                 self.assertTrue(name.endswith(".toml"), name)
         done = subprocess.run([self.prefix / "bin/noiseloom", "plan", self.prefix / "share/noiseloom/configs/quick.toml"], capture_output=True)
         self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_images_are_read_and_written(self):
+        (module,) = self.prefix.rglob("noiseloom-images.so")
+        module = module.relative_to(self.prefix)
+        config = self.write("c.toml", SMALL)
+        for words in ("generate", config, "-o", "run.h5"), ("export", "run.h5", "-o", "a.png"), ("score", "a.png", "--config", config):
+            done = subprocess.run([self.prefix / "bin/noiseloom", *words], capture_output=True, text=True, cwd=self.folder)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        # Programs that are linked with the installed package look for the module where it is.
+        (package,) = self.prefix.rglob("noiseloom.cmake")
+        self.assertIn(f"-Wl,-rpath,${{_IMPORT_PREFIX}}/{module.parent}", package.read_text())
 
     def test_manual_page_has_every_command_and_option(self):
         page = (self.prefix / "share/man/man1/noiseloom.1").read_text()

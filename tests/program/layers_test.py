@@ -146,6 +146,11 @@ class Programs(unittest.TestCase):
         self.assertNotIn("OpenImageIO", listed)
         self.assertNotIn("libfftw3", listed)
 
+    def test_image_library_is_loaded_when_it_is_needed(self):
+        # 270 shared libraries, a quarter of a second: no command waits for them that opens no image.
+        self.assertNotIn("OpenImageIO", self.libraries("noiseloom-study"))
+        self.assertIn("OpenImageIO", self.libraries("noiseloom-images.so"))
+
 
 if __name__ == "__main__":
     main()

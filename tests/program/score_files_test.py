@@ -1,6 +1,7 @@
 """score takes what anybody has: several files, foreign arrays and images, described on the command line alone."""
 
 import json
+import shutil
 import struct
 import subprocess
 import unittest
@@ -130,7 +131,7 @@ class ScoreFilesTest(support.ProgramTest):
             self.assertIn(f"{name}: ", done.stderr)
 
     def test_little_address_space_is_named(self):
-        # The image libraries start threads before main() does, also where that program is started directly.
+        # The image libraries start threads while they are loaded, and end the process where these find no room.
         for program in ("noiseloom", "noiseloom-study"):
             for kilobytes in (400_000, 450_000, 480_000, 520_000):
                 done = subprocess.run(["bash", "-c", f"ulimit -v {kilobytes}; exec \"$0\" score a.png --set "
@@ -139,6 +140,16 @@ class ScoreFilesTest(support.ProgramTest):
                 self.assertIn(done.returncode, (0, 1), f"{program} {kilobytes}: {done.stderr}")
                 if done.returncode == 1:
                     self.assertIn("memory", done.stderr)
+
+    def test_only_images_need_the_image_library(self):
+        numpy.save(self.folder / "a.npy", self.codes)
+        for program in ("noiseloom", "noiseloom-study"):
+            shutil.copy(support.BIN / program, self.folder / program)  # without the module that is beside them
+        for name, status in ("a.npy", 0), ("a.png", 1):
+            done = subprocess.run([self.folder / "noiseloom", "score", name, "--set", "texture.samples=uniform"],
+                                  capture_output=True, text=True, cwd=self.folder)
+            self.assertEqual(done.returncode, status, done.stderr)
+        self.assertIn("the library that reads and writes images cannot be loaded: noiseloom-images.so", done.stderr)
 
 
 if __name__ == "__main__":

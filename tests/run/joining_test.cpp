@@ -45,10 +45,11 @@ TEST(Joining, ExtrapolatesByALawOfFallingGains) {
 
 TEST(Joining, SeesHowLastingGainsAreFromThreeTrials) {
   EXPECT_NEAR(lasting_gain(0.4, 0.2, 0.2 * std::pow(0.5, 0.8)), 0.8, 1e-6);
-  EXPECT_EQ(lasting_gain(0.4, 0.3, 0.1), 1) << "no more than all";
+  EXPECT_EQ(lasting_gain(0.4, 0.3, 0.1), 1.2);
   EXPECT_EQ(lasting_gain(0.4, 0.2, 0.199), 0.5);
   EXPECT_EQ(lasting_gain(0.2, 0.2, 0.1), 1);
   EXPECT_NEAR(extrapolated_error(0.2, 0.1, 100, 1600, 1), 0.025, 1e-6);
+  EXPECT_NEAR(extrapolated_error(0.2, 0.1, 100, 1600, 1.2), 0.1 * std::pow(0.5, 1.2 + 1.44), 1e-6);
 }
 
 // 64x64 in 25,600 iterations: gauss 0.7 comes to 0.0202, box 3 to 0.1112.

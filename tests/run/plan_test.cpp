@@ -199,6 +199,21 @@ TEST(Plan, OfAConstructionHoldsItsSamplesInDoubleWhenItIsScored) {
   EXPECT_EQ(memory.at_save, 12.0 * 64 * 32);
 }
 
+// Trials are of the whole of a texture that is as small as theirs; where the temperature is given there are none.
+TEST(Plan, CountsTheTrialsThatAnArrangementIsAnnealedAfter) {
+  const auto planned = [](const std::string& temperature) {
+    return plan_run(
+               config_of("x = 32, y = 32, t = 64", {gauss_xy, ema_t}, "product",
+                         {"optimizer={method=\"construct\",sharpness=1,stop={iterations=100}" + temperature + "}"}),
+               {})
+        .most;
+  };
+  const PlanMemory with_trials = planned("");
+  const PlanMemory without = planned(",temperature={start=0.01,end=0.001}");
+  EXPECT_GT(with_trials.at_start, without.at_start);
+  EXPECT_GE(with_trials.at_start, with_trials.texture + with_trials.filter);
+}
+
 TEST(Plan, RefusesAllThatMakesNoSenseAtOnce) {
   try {
     plan_run(config_of("x = 8, y = 8", {gauss_xy}), {.ranks = 0, .threads = -1, .ranks_per_node = -2});

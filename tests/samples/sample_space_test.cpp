@@ -292,10 +292,10 @@ TEST(SampleSource, ListsHaveTheSameBitsOnEveryMachine) {
 }
 
 TEST(SampleSource, JitterIsUniformAndUncorrelatedBetweenStrataAndSlices) {
-  const std::int64_t n = 16'381;
+  constexpr std::int64_t n = 16'381;
   const std::vector<float> first = list_of(space("uniform"), n, 1, 0);
   const std::vector<float> second = list_of(space("uniform"), n, 1, 1);
-  const auto centred = [n](const std::vector<float>& list, std::size_t id) {
+  const auto centred = [](const std::vector<float>& list, std::size_t id) {
     return static_cast<double>(list[id]) * static_cast<double>(n) - static_cast<double>(id) - 0.5;
   };
   double mean = 0;

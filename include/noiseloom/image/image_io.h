@@ -66,10 +66,6 @@ class ImageWriter {
 // The bytes of one block; valid until the next call.
 using BlockBytes = std::function<std::span<const std::byte>(int block)>;
 
-// Keeps the image library to the calling thread: textures are small, and every thread takes address space that may be
-// short. Called before anything is read or written.
-void use_one_image_thread();
-
 // All of the above in one call.
 void write_image(const std::string& path, const ImageJob& job, const BlockBytes& blocks);
 

@@ -1,0 +1,50 @@
+// A run ends where its stop rule says, and where that cannot be met.
+#include <gtest/gtest.h>
+
+#include "noiseloom/anneal/swap_optimizer.h"
+#include "support/filter_specs.h"
+
+namespace noiseloom {
+namespace {
+
+using namespace testing_support;
+
+std::string reason_of_ending(const StopSpec& stop, const std::vector<std::int64_t>& sizes,
+                             std::vector<HistoryRow>& history) {
+  ProblemSpec problem;
+  problem.extents = Extents(sizes);
+  problem.filter.groups = {group({0, 1}, box(3))};
+  OptimizerSpec spec;
+  spec.stop = stop;
+  const Communicator alone = Communicator::self();
+  ThreadPool pool(1);
+  const SampleSource source(problem.samples, problem.extents.cells_per_slice(), problem.extents.num_slices(),
+                            problem.seed);
+  SwapOptimizer optimizer(problem, spec, source, alone, pool);
+  optimizer.start();
+  while (!optimizer.finished() && optimizer.sweep() < 5000) optimizer.step(0);
+  history = optimizer.history();
+  return optimizer.finished_by();
+}
+
+TEST(SwapOptimizer, EndsWhereItsStopRuleCannotBeMet) {
+  StopSpec score;
+  score.iterations = 0;
+  score.score = 1e-6;
+  std::vector<HistoryRow> history;
+  EXPECT_EQ(reason_of_ending(score, {16, 16}, history), ended::out_of_reach);
+  for (const std::vector<std::int64_t>& sizes : {std::vector<std::int64_t>{1, 1}, {1, 1, 7}}) {
+    EXPECT_EQ(reason_of_ending(score, sizes, history), ended::nothing_to_swap);
+    EXPECT_EQ(history.size(), 1U);
+  }
+  score.score = 0.99;
+  EXPECT_EQ(reason_of_ending(score, {16, 16}, history), ended::by_score);
+  StopSpec improvement;
+  improvement.iterations = 0;
+  improvement.improvement = 0.02;
+  EXPECT_EQ(reason_of_ending(improvement, {16, 16}, history), ended::by_improvement);
+  EXPECT_LT(history.back().iterations, 5000);
+}
+
+}  // namespace
+}  // namespace noiseloom
