@@ -51,6 +51,7 @@ FeatureMap::Basis basis_of(DistanceKind kind) {
     case DistanceKind::circle:
       return FeatureMap::Basis::circle;
     case DistanceKind::angle:
+    case DistanceKind::axis:
       return FeatureMap::Basis::powers;
     default:
       return FeatureMap::Basis::cosines;
@@ -72,35 +73,55 @@ void enumerate(int num_tables, int most, std::vector<int>& prefix, std::vector<s
 
 }  // namespace
 
-FeatureMap::FeatureMap(const ValueKernel& kernel, int most_features, std::span<const float> list)
+FeatureMap::FeatureMap(const ValueKernel& kernel, int most_features, std::span<const float> list, Span span)
     : basis_(basis_of(kernel.distance)),
       channels_(kernel.channels),
       num_tables_(basis_ == Basis::circle ? 2 : kernel.channels),
       low_(static_cast<std::size_t>(channels_)),
       inverse_width_(static_cast<std::size_t>(channels_)) {
   NOISELOOM_CHECK(most_features >= 1 && !list.empty());
-  const auto channels = static_cast<std::size_t>(channels_);
-  for (std::size_t c = 0; c < channels; ++c) {
-    float least = list[c];
-    float most = list[c];
-    for (std::size_t k = c; k < list.size(); k += channels) {
-      least = std::min(least, list[k]);
-      most = std::max(most, list[k]);
-    }
-    low_[c] = least;
-    inverse_width_[c] = most > least ? 1 / (most - least) : 0;
-  }
+  span_list(list, span);
   choose_features(kernel, most_features);
   fit(kernel, list);
 }
 
+void FeatureMap::span_list(std::span<const float> list, Span span) {
+  const auto channels = static_cast<std::size_t>(channels_);
+  std::vector<float> values(list.size() / channels);
+  for (std::size_t c = 0; c < channels; ++c) {
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = list[k * channels + c];
+    const auto [first, last] = std::minmax_element(values.begin(), values.end());
+    float least = *first;
+    float most = *last;
+    if (span == Span::bulk) {
+      const auto at = [&](std::size_t rank) {
+        std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank), values.end());
+        return values[rank];
+      };
+      const float quarter = at(values.size() / 4);
+      const float middle = at(values.size() / 2);
+      const float bulk = at(values.size() * 3 / 4) - quarter;
+      // Wider than that of a normal distribution of 2^32 samples: 9.
+      if (most - least > 12 * bulk) {
+        least = std::max(least, middle - 4 * bulk);
+        most = std::min(most, middle + 4 * bulk);
+      }
+    }
+    low_[c] = least;
+    inverse_width_[c] = most > least ? 1 / (most - least) : 0;
+  }
+}
+
 // The lowest degrees: by the sum of squares, the rate at which the kernel's coefficients fall.
 void FeatureMap::choose_features(const ValueKernel& kernel, int most_features) {
-  const bool odd_only = kernel.kind == ValueKernelKind::distance && basis_ != Basis::cosines;
+  // A kernel of axes is even; of z^2 = 1 - x^2 - y^2 no power of z above the first is needed.
+  const bool even_only = kernel.distance == DistanceKind::axis;
+  const bool odd_only = kernel.kind == ValueKernelKind::distance && basis_ != Basis::cosines && !even_only;
+  const int most_power = even_only ? 6 : 5;
   std::vector<std::vector<int>> all;
   std::vector<int> prefix;
   const int most = basis_ == Basis::circle   ? most_features
-                   : basis_ == Basis::powers ? 5
+                   : basis_ == Basis::powers ? most_power
                    : num_tables_ == 1        ? most_features
                    : num_tables_ == 2        ? 8
                    : num_tables_ <= 4        ? 3
@@ -110,7 +131,7 @@ void FeatureMap::choose_features(const ValueKernel& kernel, int most_features) {
     const int total = std::accumulate(degrees.begin(), degrees.end(), 0);
     const auto factors = std::count_if(degrees.begin(), degrees.end(), [](int degree) { return degree > 0; });
     return total == 0 || (odd_only && total % 2 == 0) || (basis_ == Basis::circle && factors > 1) ||
-           (basis_ == Basis::powers && total > 5);
+           (basis_ == Basis::powers && total > most_power) || (even_only && (total % 2 == 1 || degrees.back() > 1));
   });
   const auto size = [this](const std::vector<int>& degrees) {
     int sum = 0;

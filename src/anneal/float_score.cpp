@@ -83,6 +83,8 @@ double distance_sum(DistanceKind kind, std::span<const FloatScore::Tap> taps, co
       return plan_sum<DistanceKind::circle, 1>(taps, layout, own, other);
     case DistanceKind::angle:
       return with_channels<DistanceKind::angle, 2, 4>(taps, layout, own, other);
+    case DistanceKind::axis:
+      return with_channels<DistanceKind::axis, 3, 4>(taps, layout, own, other);
     case DistanceKind::euclidean:
       break;
   }

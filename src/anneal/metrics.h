@@ -23,6 +23,11 @@ inline double distance(const double* v, const double* s) {
   } else {
     double sum = 0;
     for (int c = 0; c < C; ++c) sum += (v[c] - s[c]) * (v[c] - s[c]);
+    if constexpr (kind == DistanceKind::axis) {
+      double to_opposite = 0;
+      for (int c = 0; c < C; ++c) to_opposite += (v[c] + s[c]) * (v[c] + s[c]);
+      return 0.5 * std::sqrt(sum * to_opposite);
+    }
     return std::sqrt(sum);
   }
 }

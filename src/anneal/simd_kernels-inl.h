@@ -68,6 +68,15 @@ HWY_INLINE V square_of_difference(const V (&v)[C], const V (&s)[C]) {
   return sum;
 }
 
+// The square of the sine of the angle, from the chords to s and to its opposite: where one is short it is exact.
+template <int C>
+HWY_INLINE V square_of_sine(const V (&v)[C], const V (&s)[C]) {
+  V opposite[C];
+  for (int c = 0; c < C; ++c) opposite[c] = hn::Neg(s[c]);
+  return hn::Mul(hn::Mul(set(0.25F), square_of_difference<DistanceKind::axis, C>(v, s)),
+                 square_of_difference<DistanceKind::axis, C>(v, opposite));
+}
+
 template <DistanceKind kind, int C>
 HWY_INLINE V distance(const V (&v)[C], const V (&s)[C]) {
   if constexpr (kind == DistanceKind::absolute) {
@@ -77,6 +86,8 @@ HWY_INLINE V distance(const V (&v)[C], const V (&s)[C]) {
     return hn::Min(d, hn::Sub(set(1), d));
   } else if constexpr (kind == DistanceKind::angle) {
     return angle_of_chord(square_of_difference<kind, C>(v, s));
+  } else if constexpr (kind == DistanceKind::axis) {
+    return hn::Sqrt(square_of_sine<C>(v, s));
   } else {
     return hn::Sqrt(square_of_difference<kind, C>(v, s));
   }
@@ -96,6 +107,8 @@ class PairCost {
       return distance<kind, C>(v, s);
     } else if constexpr (kind == DistanceKind::absolute || kind == DistanceKind::euclidean) {
       return stretched(square_of_difference<kind, C>(v, s));
+    } else if constexpr (kind == DistanceKind::axis) {
+      return stretched(square_of_sine<C>(v, s));
     } else {
       const V d = distance<kind, C>(v, s);
       return stretched(hn::Mul(d, d));

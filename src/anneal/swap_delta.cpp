@@ -158,6 +158,8 @@ std::unique_ptr<SwapDelta> make_double_delta(const Footprint& footprint, const V
       return with_value_kind<DistanceKind::circle, 1>(footprint, kernel, window);
     case DistanceKind::angle:
       return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel, window);
+    case DistanceKind::axis:
+      return with_channels<DistanceKind::axis, 3, 4>(footprint, kernel, window);
     case DistanceKind::euclidean:
       break;
   }

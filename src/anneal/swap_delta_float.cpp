@@ -191,6 +191,8 @@ std::unique_ptr<SwapDelta> make(const Footprint& footprint, const ValueKernel& k
       return with_value_kind<DistanceKind::circle, 1>(footprint, kernel, window, map, sieve);
     case DistanceKind::angle:
       return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel, window, map, sieve);
+    case DistanceKind::axis:
+      return with_channels<DistanceKind::axis, 3, 4>(footprint, kernel, window, map, sieve);
     case DistanceKind::euclidean:
       break;
   }

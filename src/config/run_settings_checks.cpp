@@ -6,6 +6,7 @@
 
 #include "config/run_settings.h"
 #include "noiseloom/samples/sample_space.h"
+#include "noiseloom/samples/space.h"
 
 namespace noiseloom::settings {
 namespace {
@@ -125,6 +126,13 @@ void check_order_group(Reader& reader, const Value& value, const GroupSpec& grou
 
 void check_groups(Reader& reader, const Found& found) {
   check_boxes(reader, found);
+  const std::vector<GroupSpec>& groups = found.owners.get<RunConfig>().problem.filter.groups;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const bool in_plane = std::any_of(groups[i].axes.begin(), groups[i].axes.end(), [](int axis) { return axis < 2; });
+    if (groups[i].kernel.kind != KernelKind::eye || !in_plane) continue;
+    reader.fault(*find(*(*found.value.array())[i].table(), "axes"), fmt::format("{}[{}].axes", found.shown, i),
+                 "the kernel \"eye\" is a filter over time: x and y have filters of their own");
+  }
   if (!reader.decided("filter.combine")) return;
   const bool product = found.owners.get<RunConfig>().problem.filter.combine == Combine::product;
   product ? check_axes_are_disjoint(reader, found) : check_weights(reader, found);
@@ -155,9 +163,23 @@ void check_construct(Reader& reader, const Value& root, const RunConfig& config)
   const std::optional<SampleScale> scale = scale_of(spec, spec.is_file() ? 1 : num_channels(spec));
   if (scale == SampleScale::circle) check_start_of_circle(reader, root, config);
   if (scale) return;
-  reader.fault(*samples, "texture.samples",
-               "with method = \"construct\" they must be scalars that are compared by their difference (uniform, tent, "
-               "gauss, or a file of one channel) or \"circle\"; method = \"anneal\" takes all");
+  std::string scalars;
+  for (const SampleSpace* space : sample_spaces()) {
+    if (space->traits().distance == DistanceKind::absolute) scalars += space->traits().name + ", ";
+  }
+  reader.fault(
+      *samples, "texture.samples",
+      fmt::format("with method = \"construct\" they must be scalars that are compared by their difference ({}or a file "
+                  "of one channel) or \"circle\"; method = \"anneal\" takes all",
+                  scalars));
+}
+
+void check_curve(Reader& reader, const Value& root, const SampleSpec& samples) {
+  const Value* value = find_at(root, "optimizer.curve");
+  if (value == nullptr || samples.curve == Curve::none || !reader.decided("texture.samples.space")) return;
+  if (samples.space == "vector2" || samples.space == "vector3" || samples.space == "vector4") return;
+  reader.fault(*value, "optimizer.curve",
+               fmt::format("is for samples vector2, vector3 and vector4; here they are {}", samples.space));
 }
 
 // What `auto` stands for is known here, unless the samples are a list, and so is what does not go with it.
@@ -175,6 +197,7 @@ void check_auto(Reader& reader, const Value& root, RunConfig& config) {
 
 void check_method(Reader& reader, const Value& root, const Owners& owners) {
   RunConfig& config = owners.get<RunConfig>();
+  check_curve(reader, root, config.problem.samples);
   check_sizes_of_nets(reader, root, config);
   const bool may_construct =
       config.optimizer.method == Method::construct || config.optimizer.method == Method::automatic;

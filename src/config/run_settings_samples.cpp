@@ -30,6 +30,7 @@ constexpr Word distance_table[] = {
     {"circle", "around a circle of circumference 1 (one channel)", "toroidal wrap"},
     {"euclidean", "length of the difference", "l2 length"},
     {"angle", "angle between unit vectors (two to four channels)", "sphere angular"},
+    {"axis", "its sine, where a vector and its opposite are one (three or four channels)", "quaternion rotation line"},
 };
 
 // In the order of ImageDomain.

@@ -22,6 +22,7 @@ constexpr Word kernel_table[] = {
     {"table", "taps from a file", "file custom taps"},
     {"gauss-energy", "exp(-r^2 / 2 sigma^2) as the energy itself: the blue noise of void and cluster",
      "bluenoise blue-noise blue stbn void-and-cluster gaussian-energy"},
+    {"eye", "what the eye sees of a flicker from frame to frame: a filter over time", "perceptual csf vision human"},
 };
 
 constexpr Word value_kernel_table[] = {
@@ -39,6 +40,13 @@ constexpr Word method_table[] = {
      "scalars and circles placed one by one, each slice for itself, in the largest void that the filter sees",
      "construction constructive greedy"},
     {"auto", "construct for scalars and circles, anneal for all others", "automatic best"},
+};
+
+// In the order of Curve.
+constexpr Word curve_table[] = {
+    {"none", "samples of one number alone are constructed", "off no"},
+    {"hilbert", "each step goes to a neighbour", "hilbert-curve peano"},
+    {"morton", "the bits of the numbers by turns", "z-order z morton-curve lebesgue"},
 };
 
 constexpr Word precision_table[] = {
@@ -170,6 +178,20 @@ std::vector<Setting> rows() {
        .range = at_least(min_sigma, max_reach),
        .unit = "pixels",
        .when = with_kernel("gauss-energy")},
+      {.key = "filter.groups[].frames_per_second",
+       .type = Type::number,
+       .sentence = "Of the display.",
+       .field = [](GroupSpec& g) -> Field { return &g.kernel.frames_per_second; },
+       .range = at_least(1, 1000),
+       .when = with_kernel("eye"),
+       .required = true},
+      {.key = "filter.groups[].pixels_per_degree",
+       .type = Type::number,
+       .sentence = "Of the field of view: a monitor on a desk has 30 to 60, a headset 15 to 35.",
+       .field = [](GroupSpec& g) -> Field { return &g.kernel.pixels_per_degree; },
+       .range = at_least(1, 500),
+       .when = with_kernel("eye"),
+       .required = true},
       {.key = "filter.groups[].box",
        .type = Type::custom,
        .sentence =
@@ -339,6 +361,15 @@ std::vector<Setting> rows() {
                    "it is; found from the filter where it is left out (plan says what it is).",
        .field = [](RunConfig& c) -> Field { return &c.construct.sharpness; },
        .range = above(0, 8),
+       .when = with_construction,
+       .zero_is_unset = true},
+      {.key = "optimizer.curve",
+       .type = Type::word,
+       .sentence =
+           "For samples vector2, vector3 and vector4: a curve that orders them, so that they are constructed as "
+           "scalars are. Quicker than annealing, and not as good.",
+       .field = [](RunConfig& c) -> Field { return &c.problem.samples.curve; },
+       .words = curve_table,
        .when = with_construction,
        .zero_is_unset = true},
       {.key = "optimizer.bounded",

@@ -84,11 +84,16 @@ std::string Writer::value_text(const Setting& setting, const Owners& owners) con
     case Type::custom:
       return setting.custom->text(*this, setting, owners);
     case Type::word:
-      if (!setting.list) return toml_string(current_word(setting, owners));
+      if (!setting.list) return word_text(setting, owners);
       [[fallthrough]];
     default:
       return scalar_text(setting, setting.field(owners));
   }
+}
+
+std::string Writer::word_text(const Setting& setting, const Owners& owners) const {
+  const std::string_view word = current_word(setting, owners);
+  return setting.zero_is_unset && word == setting.words.front().word ? "" : toml_string(word);
 }
 
 // One element a line. Lists inside inline tables are written like all others: TOML lets a list go over lines anywhere.

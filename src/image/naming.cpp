@@ -42,6 +42,8 @@ std::string ea_kernel(const GroupSpec& group) {
       return "exp" + decimal(kernel.alpha, "") + decimal(kernel.rejection, "");
     case KernelKind::table:
       return "table";
+    case KernelKind::eye:
+      return "eye" + decimal(kernel.frames_per_second, "") + "x" + decimal(kernel.pixels_per_degree, "");
     case KernelKind::gauss_energy:
       return "gaussenergy" + decimal(kernel.sigma, over_xy ? "_" : "");
   }
@@ -149,6 +151,10 @@ std::string describe_filter(const Extents& extents, const FilterSpec& filter) {
         break;
       case KernelKind::table:
         text += fmt::format("table {}", kernel.file);
+        break;
+      case KernelKind::eye:
+        text += fmt::format("eye at {} frames a second and {} pixels a degree", kernel.frames_per_second,
+                            kernel.pixels_per_degree);
         break;
       case KernelKind::gauss_energy:
         text += fmt::format("gauss-energy {}", kernel.sigma);

@@ -17,31 +17,39 @@ constexpr double largest_value = 1e18;  // distances are squared in float32
 
 // What a sample of the space must be.
 struct Rule {
-  bool unit_interval = false;  // every value in [0, 1]; 1 itself comes from rounding
+  double least = -largest_value;  // of every value
+  double most = largest_value;    // 1 itself, of [0, 1), comes from rounding
+  bool unit_interval = false;
   bool unit_length = false;
   bool upper_half = false;  // z >= 0
   bool unit_disk = false;
   std::string text;  // "values in [0, 1)"
 };
 
+Support support_of(const SampleSpec& samples) {
+  if (!samples.is_file()) return space_traits(samples).support;
+  if (is_between_unit_vectors(samples.distance)) return Support::unit_vectors;
+  return samples.distance == DistanceKind::circle ? Support::unit_interval : Support::line;
+}
+
 Rule rule_of(const SampleSpec& samples) {
-  Rule rule;
-  if (samples.is_file()) {
-    rule.unit_interval = samples.distance == DistanceKind::circle;
-    rule.unit_length = samples.distance == DistanceKind::angle;
-  } else {
-    const Support support = space_traits(samples).support;
-    rule.unit_interval = support == Support::unit_interval;
-    rule.upper_half = support == Support::upper_unit_vectors;
-    rule.unit_length = rule.upper_half || support == Support::unit_vectors;
-    rule.unit_disk = support == Support::unit_disk;
+  switch (support_of(samples)) {
+    case Support::unit_interval:
+      return {.least = 0, .most = 1, .unit_interval = true, .text = "values in [0, 1)"};
+    case Support::signed_unit_interval:
+      return {.least = -1, .most = 1, .text = "values in (-1, 1)"};
+    case Support::half_line:
+      return {.least = 0, .text = "values from 0 to 1e18"};
+    case Support::unit_disk:
+      return {.unit_disk = true, .text = "points within a distance of 1 from 0"};
+    case Support::unit_vectors:
+      return {.unit_length = true, .text = "unit vectors"};
+    case Support::upper_unit_vectors:
+      return {.unit_length = true, .upper_half = true, .text = "unit vectors with z >= 0"};
+    case Support::line:
+      break;
   }
-  rule.text = rule.unit_interval                    ? "values in [0, 1)"
-              : rule.unit_length && rule.upper_half ? "unit vectors with z >= 0"
-              : rule.unit_length                    ? "unit vectors"
-              : rule.unit_disk                      ? "points within a distance of 1 from 0"
-                                                    : "values within 1e18";
-  return rule;
+  return {.text = "values within 1e18"};
 }
 
 double length_of(std::span<const float> sample) {
@@ -55,8 +63,7 @@ double rounding(double step, std::size_t channels) { return step / 2 * std::sqrt
 
 bool obeys(const Rule& rule, std::span<const float> sample, double step) {
   for (const float v : sample) {
-    if (!(std::fabs(static_cast<double>(v)) <= largest_value)) return false;
-    if (rule.unit_interval && !(v >= 0 && v <= 1)) return false;
+    if (!(static_cast<double>(v) >= rule.least && static_cast<double>(v) <= rule.most)) return false;
   }
   // Twice: some round to the nearest code where others take the floor.
   const double slack = length_slack + 2 * rounding(step, sample.size());
@@ -115,12 +122,13 @@ void check_in_space(const Texture& texture, const SampleSpec& samples, double st
 }
 
 bool may_be_sample(const SampleSpec& samples, std::span<const float> sample) {
-  constexpr double smallest = 1e-18;  // of numbers that are not zero: what is not a float seldom lies near 1
-  constexpr double largest_gauss = 12;
+  constexpr double smallest = 1e-18;           // of numbers that are not zero: what is not a float seldom lies near 1
+  constexpr double largest_of_unbounded = 50;  // of the built-in spaces
+  const bool unbounded = !samples.is_file() && !space_traits(samples).range;
   for (const float v : sample) {
     const double size = std::fabs(static_cast<double>(v));
     if (!(size == 0 || (size > smallest && size < largest_value))) return false;
-    if (samples.space == "gauss" && size > largest_gauss) return false;
+    if (unbounded && size > largest_of_unbounded) return false;
   }
   const Rule rule = rule_of(samples);
   if (obeys(rule, sample, 0)) return true;

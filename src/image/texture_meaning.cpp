@@ -199,7 +199,7 @@ ValueRange stored_range(const std::optional<RunConfig>& config) {
   if (!config) return {};
   const SampleSpec& samples = config->problem.samples;
   if (const auto range = natural_range(samples)) return *range;
-  return samples.is_file() && samples.distance == DistanceKind::angle ? ValueRange{-1, 1} : ValueRange{};
+  return samples.is_file() && is_between_unit_vectors(samples.distance) ? ValueRange{-1, 1} : ValueRange{};
 }
 
 std::string expected_size(const Extents& extents) {

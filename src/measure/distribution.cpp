@@ -49,6 +49,20 @@ Moments moments_of(const Texture& texture, int channel) {
   return moments;
 }
 
+// Of a channel of an unbounded space, over the range of the histogram: integrals of its distribution function by parts.
+Moments moments_of(const SampleSpace& space, int channel) {
+  const auto [lo, hi] = histogram_of_unbounded;
+  const double width = (hi - lo) / num_bins;
+  double mean = hi;
+  double squares = hi * hi;
+  for (int bin = 0; bin < num_bins; ++bin) {
+    const double x = lo + (bin + 0.5) * width;
+    mean -= space.share_below(channel, x) * width;
+    squares -= 2 * x * space.share_below(channel, x) * width;
+  }
+  return {.least = lo, .largest = hi, .mean = mean, .deviation = std::sqrt(squares - mean * mean)};
+}
+
 struct Deviation {
   double distance = 0;  // beyond what coding explains
   double at = 0;        // the value where it is largest
@@ -90,10 +104,12 @@ std::string distribution_warning(const Texture& texture, const SampleSpec& sampl
   const double bound = std::sqrt(std::log(2 * texture.channels / odds) / (2 * n));
   for (int c = 0; c < texture.channels; ++c) {
     const Moments moments = moments_of(texture, c);
-    const bool coded_gauss = samples.space == "gauss" && moments.least >= 0 && moments.largest <= 1;
-    const bool rescale = coded_gauss && moments.deviation > 0;
+    // An image holds numbers of an unbounded space as 0 to 1, over a range that nobody knows.
+    const bool coded = !space->traits().range && moments.least >= 0 && moments.largest <= 1 && moments.deviation > 0;
+    const Moments expected = coded ? moments_of(*space, c) : Moments{};
+    const double scale = coded ? moments.deviation / expected.deviation : 1;
     const Deviation worst =
-        largest_deviation(texture, c, *space, rescale ? moments.mean : 0, rescale ? moments.deviation : 1);
+        largest_deviation(texture, c, *space, coded ? moments.mean - scale * expected.mean : 0, scale);
     if (worst.distance <= bound) continue;
     return fmt::format(
         "the values{} are not distributed as samples \"{}\" are: {:.3g} of them lie below {:.3g}, where {:.3g} belong; "

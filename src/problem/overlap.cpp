@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "noiseloom/core/math.h"
+#include "problem/eye_filter.h"
 
 namespace noiseloom {
 namespace {
@@ -129,6 +130,8 @@ std::vector<double> filter_taps(const KernelSpec& kernel, std::int64_t size) {
       return normalised(gauss_taps(kernel.sigma));
     case KernelKind::binomial:
       return normalised(binomial_taps(kernel.n));
+    case KernelKind::eye:
+      return eye_taps(kernel.frames_per_second, kernel.pixels_per_degree);
     default:
       NOISELOOM_CHECK(false);
       return {};

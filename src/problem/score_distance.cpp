@@ -23,6 +23,7 @@ template <DistanceKind kind, std::size_t step>
     }
     return;
   }
+  double to_opposites[kind == DistanceKind::axis ? chunk : 1] = {};
   std::fill_n(distances, length, 0.0);
   for (std::size_t c = 0; c < channels; ++c) {
     const double* x = a.values + c * a.stride;
@@ -31,8 +32,12 @@ template <DistanceKind kind, std::size_t step>
       const double difference = x[i * step] - y[i];
       distances[i] += kind == DistanceKind::angle ? x[i * step] * y[i] : difference * difference;
     }
+    if constexpr (kind == DistanceKind::axis) {
+      for (std::size_t i = 0; i < length; ++i) to_opposites[i] += (x[i * step] + y[i]) * (x[i * step] + y[i]);
+    }
   }
   for (std::size_t i = 0; i < length; ++i) {
+    if constexpr (kind == DistanceKind::axis) distances[i] *= 0.25 * to_opposites[i];
     distances[i] = kind == DistanceKind::angle ? math::acos(distances[i]) : std::sqrt(distances[i]);
   }
 }
@@ -85,6 +90,8 @@ RunSum run_sum_for(DistanceKind kind, bool portable) {
       return best<DistanceKind::euclidean, step>(portable);
     case DistanceKind::angle:
       return best<DistanceKind::angle, step>(portable);
+    case DistanceKind::axis:
+      return best<DistanceKind::axis, step>(portable);
   }
   return nullptr;
 }

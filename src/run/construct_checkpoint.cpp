@@ -191,7 +191,7 @@ ConstructState construct_state(const RunFileContent& content, const std::string&
                  "method");
   const bool has_pdf = std::any_of(content.datasets.begin(), content.datasets.end(),
                                    [](const SliceDataset& dataset) { return dataset.name == pdf_name; });
-  check_datasets(content, datasets_for(1, has_pdf), faults);
+  check_datasets(content, datasets_for(num_channels(config.problem.samples), has_pdf), faults);
   faults.throw_if_any();
   check_counts(state, config, path);
   check_rows(state, path);
@@ -211,11 +211,15 @@ void check_places(const RunFileReader& file, const ConstructState& state) {
   faults.throw_if_any();
 }
 
-std::vector<float> samples_of_places(const std::vector<std::uint32_t>& places, const std::vector<float>& list) {
-  std::vector<float> samples(places.size());
-  std::transform(places.begin(), places.end(), samples.begin(), [&](std::uint32_t place) {
-    return place < list.size() ? list[place] : std::numeric_limits<float>::quiet_NaN();
-  });
+std::vector<float> samples_of_places(const std::vector<std::uint32_t>& places, const std::vector<float>& list,
+                                     int channels) {
+  const auto step = static_cast<std::size_t>(channels);
+  std::vector<float> samples(places.size() * step, std::numeric_limits<float>::quiet_NaN());
+  for (std::size_t cell = 0; cell < places.size(); ++cell) {
+    if (places[cell] >= list.size() / step) continue;
+    std::copy_n(list.begin() + static_cast<std::ptrdiff_t>(places[cell] * step), step,
+                samples.begin() + static_cast<std::ptrdiff_t>(cell * step));
+  }
   return samples;
 }
 
@@ -230,9 +234,14 @@ std::string save_construct_run(FileOps& ops, const std::string& path, const RunC
     const std::string& name = content.datasets[dataset].name;
     const std::vector<std::uint32_t>& places = run.places(slice);
     if (name == permutation_name) return append(block, places);
-    std::vector<float> values = samples_of_places(places, source.list(slice));
+    const auto step = static_cast<std::size_t>(source.channels());
+    std::vector<float> values = samples_of_places(places, source.list(slice), source.channels());
     if (name == pdf_name) {
-      for (float& value : values) value = std::isnan(value) ? value : static_cast<float>(source.pdf(&value));
+      for (std::size_t cell = 0; cell < places.size(); ++cell) {
+        const float* const sample = &values[cell * step];
+        values[cell] = std::isnan(*sample) ? *sample : static_cast<float>(source.pdf(sample));
+      }
+      values.resize(places.size());
     }
     append(block, values);
   };
@@ -254,14 +263,15 @@ ConstructState restore_construct_run(const RunFileReader* file, const RunConfig&
   const ConstructProgress progress = progress_of(state, extents, path);
 
   const std::size_t bytes = static_cast<std::size_t>(extents.cells_per_slice()) * sizeof(std::uint32_t);
+  const std::size_t sample_bytes = bytes * static_cast<std::size_t>(source.channels());
   std::vector<SliceIndex> wanted = run.slices_held();
   std::sort(wanted.begin(), wanted.end());
   std::map<SliceIndex, std::vector<std::uint32_t>> held;
   ContentFaults faults(path);
   const auto produce = [&](SliceIndex slice, std::vector<std::byte>& block) {
-    block.resize(2 * bytes);
+    block.resize(bytes + sample_bytes);
     file->read_slice(file->dataset(permutation_name), slice, std::span(block).first(bytes));
-    file->read_slice(file->dataset(samples_name), slice, std::span(block).last(bytes));
+    file->read_slice(file->dataset(samples_name), slice, std::span(block).last(sample_bytes));
   };
   const auto consume = [&](SliceIndex slice, std::span<const std::byte> block) {
     std::vector<std::uint32_t>& places = held[slice];
@@ -270,19 +280,15 @@ ConstructState restore_construct_run(const RunFileReader* file, const RunConfig&
     const std::string fault = places_fault(progress, slice, places);
     faults.require(fault.empty(), fault);
     if (!fault.empty() || !run.distribution().owns(slice)) return;
-    std::vector<float> stored(places.size());
-    std::memcpy(stored.data(), block.data() + bytes, bytes);
-    const std::vector<float> list = source.list(slice);
-    for (std::size_t cell = 0; cell < places.size(); ++cell) {
-      const bool same = places[cell] >= list.size() ? std::isnan(stored[cell])
-                                                    : std::bit_cast<std::uint32_t>(stored[cell]) ==
-                                                          std::bit_cast<std::uint32_t>(list[places[cell]]);
-      if (same) continue;
-      faults.require(false, fmt::format("slice {}: the stored samples are not those that the config yields now; has a "
-                                        "sample file changed, or the program's version?",
-                                        slice));
-      break;
-    }
+    std::vector<float> stored(sample_bytes / sizeof(float));
+    std::memcpy(stored.data(), block.data() + bytes, sample_bytes);
+    const std::vector<float> expected = samples_of_places(places, source.list(slice), source.channels());
+    const bool same = std::equal(stored.begin(), stored.end(), expected.begin(), expected.end(), [](float a, float b) {
+      return (std::isnan(a) && std::isnan(b)) || std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
+    });
+    faults.require(same, fmt::format("slice {}: the stored samples are not those that the config yields now; has a "
+                                     "sample file changed, or the program's version?",
+                                     slice));
   };
   communicator.stream_from_root(wanted, produce, consume);
   communicator.together([&] { faults.throw_if_any(); });

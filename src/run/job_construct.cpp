@@ -98,6 +98,17 @@ void ConstructJob::step(double run_s) {
 
 namespace {
 
+// [cell][channel] as [channel][cell].
+std::vector<float> planes_of(const std::vector<float>& samples, int channels) {
+  const auto step = static_cast<std::size_t>(channels);
+  std::vector<float> planes;
+  planes.reserve(samples.size());
+  for (std::size_t c = 0; c < step; ++c) {
+    for (std::size_t i = c; i < samples.size(); i += step) planes.push_back(samples[i]);
+  }
+  return planes;
+}
+
 HaloPlan slices_that_count(const Footprint& overlap, const Distribution& distribution) {
   std::vector<Extents::SliceCoord> offsets;
   for (const SliceTaps& slice : overlap.slices()) offsets.push_back(slice.offset);
@@ -142,7 +153,10 @@ void ConstructJob::score() {
   std::vector<SliceIndex> held(own.begin(), own.end());
   held.insert(held.end(), needed.needed().begin(), needed.needed().end());
   mean_distance_ = mean_distance(source_, *communicator_, *pool_);
-  const auto planar = [&](SliceIndex slice) { return samples_of_places(heard.at(slice), source_.list(slice)); };
+  const auto planar = [&](SliceIndex slice) {
+    const int channels = source_.channels();
+    return planes_of(samples_of_places(heard.at(slice), source_.list(slice), channels), channels);
+  };
   relative_error_ =
       texture_error(overlap_, source_, mean_distance_, distribution, held, planar, *communicator_, *pool_);
 }

@@ -49,6 +49,7 @@ SampleSpec stand_in(const SampleSpec& spec, int channels, DistanceKind distance)
   if (distance == DistanceKind::circle) result.space = "circle";
   if (channels > 1) result.space = "vector" + std::to_string(channels);
   if (distance == DistanceKind::angle && channels == 3) result.space = "sphere";
+  if (distance == DistanceKind::axis) result.space = channels == 3 ? "axis" : "rotation";
   return result;
 }
 

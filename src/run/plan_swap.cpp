@@ -34,7 +34,9 @@ constexpr double score_shown_share = 0.02;
 
 // What R in float takes of what it takes in double.
 double quick_score(DistanceKind kind) {
-  return kind == DistanceKind::angle ? 0.09 : kind == DistanceKind::euclidean ? 0.24 : 0.33;
+  return kind == DistanceKind::angle                                     ? 0.09
+         : kind == DistanceKind::euclidean || kind == DistanceKind::axis ? 0.24
+                                                                         : 0.33;
 }
 
 // What is known of the samples without making them.

@@ -31,6 +31,23 @@ void square_from_disk(double x, double y, double* u) {
   u[1] = 0.5 * (b + 1);
 }
 
+double turns_of(double x, double y) {
+  const auto arc_sine = [](double sine) { return 0.5 * math::pi - math::acos(sine); };
+  const double radius = std::sqrt(x * x + y * y);
+  if (radius == 0) return 0;
+  double angle;
+  if (std::fabs(y) <= std::fabs(x)) {
+    const double slope = arc_sine(y / radius);
+    angle = x >= 0 ? slope : math::pi - slope;
+  } else {
+    const double slope = arc_sine(x / radius);
+    angle = y >= 0 ? 0.5 * math::pi - slope : 1.5 * math::pi + slope;
+  }
+  const double turns = angle / math::two_pi;
+  const double positive = turns < 0 ? turns + 1 : turns;
+  return positive < 1 ? positive : 0;
+}
+
 void hemisphere_from_square(double u, double v, double* sample) {
   const DiskPoint p = disk_from_square(u, v);
   const double z = one_minus_square(p.radius);

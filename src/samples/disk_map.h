@@ -15,6 +15,10 @@ struct DiskPoint {
 DiskPoint disk_from_square(double u, double v);
 void square_from_disk(double x, double y, double* u);
 
+// The angle of a point of the plane in turns, [0, 1); 0 for the point 0. From the axis that is nearer, where acos keeps
+// its digits.
+double turns_of(double x, double y);
+
 // The share of a uniform disk with one coordinate below `value`, and of a uniform sphere (Archimedes: any coordinate of
 // a sphere is uniform; it is the same for the upper half, but for z).
 double disk_share_below(double value);

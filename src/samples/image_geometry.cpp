@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "noiseloom/core/math.h"
+#include "samples/disk_map.h"
 
 namespace noiseloom {
 namespace {
@@ -14,23 +15,6 @@ double square_of(double x) { return x * x; }
 
 // arcsin, as the mathematics of this project has it.
 double arc_sine(double x) { return 0.5 * math::pi - math::acos(x); }
-
-// The angle of a point of the plane in turns, [0, 1). From the axis that is nearer, where acos keeps its digits.
-double turns_of(double x, double y) {
-  const double radius = std::sqrt(x * x + y * y);
-  if (radius == 0) return 0;
-  double angle;
-  if (std::fabs(y) <= std::fabs(x)) {
-    const double slope = arc_sine(y / radius);
-    angle = x >= 0 ? slope : math::pi - slope;
-  } else {
-    const double slope = arc_sine(x / radius);
-    angle = y >= 0 ? 0.5 * math::pi - slope : 1.5 * math::pi + slope;
-  }
-  const double turns = angle / math::two_pi;
-  const double positive = turns < 0 ? turns + 1 : turns;
-  return positive < 1 ? positive : 0;
-}
 
 // A position within [0, size], with its texel.
 void place(double at, int size, std::size_t axis, TexelPoint& point) {

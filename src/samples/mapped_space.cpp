@@ -4,6 +4,7 @@
 #include <array>
 
 #include "noiseloom/core/error.h"
+#include "noiseloom/core/random.h"
 
 namespace noiseloom {
 
@@ -51,6 +52,30 @@ std::int64_t MappedSpace::invert(std::int64_t n, const float* sample) const {
   std::array<double, max_dimensions> u;
   map_.to_domain(traits().channels, sample, u.data());
   return Strata(map_.domain, n).find(u.data());
+}
+
+double MappedSpace::share_below(int channel, double value) const {
+  if (map_.share_below) return map_.share_below(channel, value);
+  std::call_once(counted_, [this] {
+    constexpr std::int64_t n = 1 << 16;  // jittered strata: the share is off by some 1e-4
+    const auto channels = static_cast<std::size_t>(traits().channels);
+    std::vector<float> samples(static_cast<std::size_t>(n) * channels);
+    const auto jitter = [this](std::int64_t id, double* at) {
+      for (int k = 0; k < traits().dimensions; ++k) {
+        const RandomBlock bits =
+            random_block(0, Purpose::jitter, static_cast<std::uint32_t>(k), 1, static_cast<std::uint64_t>(id));
+        at[k] = to_unit_double(bits[0], bits[1]);
+      }
+    };
+    list(n, jitter, samples.data());
+    coordinates_.resize(channels);
+    for (std::size_t i = 0; i < samples.size(); ++i) coordinates_[i % channels].push_back(samples[i]);
+    for (std::vector<float>& ascending : coordinates_) std::sort(ascending.begin(), ascending.end());
+  });
+  const std::vector<float>& ascending = coordinates_[static_cast<std::size_t>(channel)];
+  const auto below = std::partition_point(ascending.begin(), ascending.end(),
+                                          [value](float x) { return static_cast<double>(x) < value; });
+  return static_cast<double>(below - ascending.begin()) / static_cast<double>(ascending.size());
 }
 
 }  // namespace noiseloom

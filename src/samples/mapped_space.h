@@ -2,7 +2,9 @@
 #pragma once
 
 #include <functional>
+#include <mutex>
 #include <utility>
+#include <vector>
 
 #include "noiseloom/samples/space.h"
 #include "samples/strata.h"
@@ -19,7 +21,8 @@ struct BoxMap {
   // What the space promises of a stored sample, whatever rounding did.
   std::function<bool(const float* sample)> contains;
   std::function<double(const float* sample)> density;
-  std::function<double(int channel, double value)> share_below;
+  // The distribution function of a coordinate; none: it is counted over a stratified list.
+  std::function<double(int channel, double value)> share_below = {};
 };
 
 // The box [0, 1)^dimensions.
@@ -34,12 +37,14 @@ class MappedSpace : public SampleSpace {
   void list(std::int64_t n, const JitterOf& jitter, float* samples) const override;
   std::int64_t invert(std::int64_t n, const float* sample) const override;
   double density(const float* sample) const override { return map_.density(sample); }
-  double share_below(int channel, double value) const override { return map_.share_below(channel, value); }
+  double share_below(int channel, double value) const override;
 
  private:
   void sample_in(const Box& box, const double* jitter, float* sample) const;
 
   BoxMap map_;
+  mutable std::once_flag counted_;
+  mutable std::vector<std::vector<float>> coordinates_;  // of every channel, ascending
 };
 
 }  // namespace noiseloom

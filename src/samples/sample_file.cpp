@@ -84,6 +84,8 @@ class Faults {
   std::vector<Fault> faults_;
 };
 
+const char* name_of(DistanceKind kind) { return kind == DistanceKind::axis ? "axis" : "angle"; }
+
 void check_distance(DistanceKind distance, std::int64_t channels, const std::string& path) {
   if (channels > 1 && distance == DistanceKind::absolute) {
     throw UserError(path, fmt::format("{} channels, but the distance \"absolute\" is for 1", channels));
@@ -91,12 +93,11 @@ void check_distance(DistanceKind distance, std::int64_t channels, const std::str
   if (channels > 1 && distance == DistanceKind::circle) {
     throw UserError(path, fmt::format("{} channels, but the distance \"circle\" is for 1", channels));
   }
-  if (channels < 2 && distance == DistanceKind::angle) {
-    throw UserError(path, "1 channel, but the distance \"angle\" is for 2 to 4");
-  }
-  if (channels > 4 && distance == DistanceKind::angle) {
-    throw UserError(path, fmt::format("{} channels, but the distance \"angle\" is for 2 to 4", channels));
-  }
+  if (!is_between_unit_vectors(distance)) return;
+  const int least = distance == DistanceKind::axis ? 3 : 2;  // axes of the plane are a circle
+  if (channels >= least && channels <= 4) return;
+  throw UserError(path, fmt::format("{} channel{}, but the distance \"{}\" is for {} to 4", channels,
+                                    channels == 1 ? "" : "s", name_of(distance), least));
 }
 
 // Distances between points are squared in float32, those between scalars added up.
@@ -128,8 +129,10 @@ void check_values(const std::vector<float>& values, const Layout& layout, Distan
         faults.add(index, static_cast<std::int64_t>(c), fmt::format("= {}: must lie in [0, 1) on the circle", value));
       }
     }
-    if (distance == DistanceKind::angle && std::isfinite(square) && std::fabs(std::sqrt(square) - 1) > 1e-3) {
-      faults.add(index, -1, fmt::format("has length {:.6g}: the distance \"angle\" needs length 1", std::sqrt(square)));
+    if (is_between_unit_vectors(distance) && std::isfinite(square) && std::fabs(std::sqrt(square) - 1) > 1e-3) {
+      faults.add(
+          index, -1,
+          fmt::format("has length {:.6g}: the distance \"{}\" needs length 1", std::sqrt(square), name_of(distance)));
     }
   }
   faults.finish();

@@ -9,6 +9,7 @@
 #include "noiseloom/core/random.h"
 #include "noiseloom/files/npy.h"
 #include "noiseloom/samples/space.h"
+#include "samples/curve.h"
 #include "samples/sample_file.h"
 
 namespace noiseloom {
@@ -56,11 +57,14 @@ double distance(DistanceKind kind, int channels, const float* a, const float* b)
     return kind == DistanceKind::circle ? std::min(d, 1 - d) : d;
   }
   double sum = 0;
+  double to_opposite = 0;
   for (int c = 0; c < channels; ++c) {
     const double x = a[c];
     const double y = b[c];
     sum += kind == DistanceKind::angle ? x * y : (x - y) * (x - y);
+    to_opposite += (x + y) * (x + y);
   }
+  if (kind == DistanceKind::axis) return 0.5 * std::sqrt(sum * to_opposite);
   return kind == DistanceKind::angle ? math::acos(sum) : std::sqrt(sum);
 }
 
@@ -90,6 +94,8 @@ SampleSource::SampleSource(const SampleSpec& spec, std::int64_t cells_per_slice,
 SampleSource::~SampleSource() = default;
 SampleSource::SampleSource(SampleSource&&) noexcept = default;
 
+bool SampleSource::is_file() const { return impl_->file.has_value(); }
+
 int SampleSource::channels() const { return num_channels(impl_->spec); }
 
 DistanceKind SampleSource::distance() const { return distance_kind(impl_->spec, channels()); }
@@ -107,7 +113,8 @@ std::vector<float> SampleSource::list(SliceIndex slice) const {
   space.list_of_slice(
       impl_->cells_per_slice, slice, impl_->seed,
       [&](std::int64_t id, double* jitter) { draw_jitter(impl_->seed, slice, id, dimensions, jitter); }, list.data());
-  return list;
+  const Curve curve = impl_->spec.curve;
+  return curve == Curve::none ? list : along_curve(curve, space.traits().channels, list);
 }
 
 bool SampleSource::has_pdf() const { return impl_->space && !impl_->space->traits().has_constant_density; }

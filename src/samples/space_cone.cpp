@@ -1,6 +1,5 @@
 // cone: unit vectors within an angle of z, uniform in solid angle. The disk lifted by Lambert's equal-area projection
 // onto the cap of the sphere of height 1 - cos(angle).
-#include <algorithm>
 #include <cmath>
 
 #include "noiseloom/core/math.h"
@@ -18,19 +17,6 @@ double depth_of(const float* sample) {
   const double z = sample[2];
   const double square = x * x + y * y;
   return z >= 0 ? square / (1 + z) : 2 - square / (1 - z);
-}
-
-// The share of the cap of height h with x below `value`: the part of the circle of each z that lies there, over all z.
-// Archimedes makes z uniform, so the mean over equal steps in z converges quickly.
-double cap_share_below(double h, double value) {
-  constexpr int steps = 2048;
-  double sum = 0;
-  for (int i = 0; i < steps; ++i) {
-    const double m = h * (i + 0.5) / steps;
-    const double radius = std::sqrt(m * (2 - m));
-    sum += 1 - std::acos(std::clamp(value / radius, -1.0, 1.0)) / math::pi;
-  }
-  return sum / steps;
 }
 
 SpacePtr make_cone(const SpaceTraits& traits, const std::vector<double>& values) {
@@ -57,12 +43,7 @@ SpacePtr make_cone(const SpaceTraits& traits, const std::vector<double>& values)
                            square_from_disk(x * scale, y * scale, u);
                          },
                      .contains = [height](const float* sample) { return depth_of(sample) <= height; },
-                     .density = [height](const float*) { return 1 / (math::two_pi * height); },
-                     .share_below =
-                         [height](int channel, double value) {
-                           if (channel < 2) return cap_share_below(height, value);
-                           return std::clamp((value - (1 - height)) / height, 0.0, 1.0);
-                         }});
+                     .density = [height](const float*) { return 1 / (math::two_pi * height); }});
 }
 
 }  // namespace

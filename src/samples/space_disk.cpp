@@ -10,7 +10,7 @@ SpacePtr disk_space() {
   return std::make_unique<MappedSpace>(
       SpaceTraits{.name = "disk",
                   .meaning = "a point of the unit disk",
-                  .aliases = "disc lens",
+                  .aliases = "disc lens aperture",
                   .channels = 2,
                   .dimensions = 2,
                   .distance = DistanceKind::euclidean,

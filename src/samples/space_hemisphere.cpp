@@ -1,5 +1,5 @@
 // hemisphere: unit vectors with z > 0; hemisphere-cosine: the same with density z / pi, the disk lifted straight up
-// (Malley's method).
+// (Malley's method); axis: those of the hemisphere, each of which stands for its opposite too.
 #include <algorithm>
 #include <cmath>
 
@@ -15,30 +15,47 @@ constexpr int height = 2;  // the channel of z
 
 bool is_above(const float* sample) { return sample[2] > 0; }
 
+BoxMap hemisphere_map() {
+  return {.domain = unit_box(2),
+          .to_sample = [](int /*channels*/, const double* u,
+                          double* sample) { hemisphere_from_square(u[0], u[1], sample); },
+          .to_domain = [](int /*channels*/, const float* sample, double* u) { square_from_hemisphere(sample, u); },
+          .contains = is_above,
+          .density = [](const float*) { return 0.5 / math::pi; },
+          .share_below =
+              [](int channel, double value) {
+                return channel == height ? std::clamp(value, 0.0, 1.0) : sphere_share_below(value);
+              }};
+}
+
 }  // namespace
 
 SpacePtr hemisphere_space() {
-  return std::make_unique<MappedSpace>(
-      SpaceTraits{.name = "hemisphere",
-                  .meaning = "a unit vector with z >= 0, uniform",
-                  .aliases = "hemisphere-uniform",
-                  .channels = 3,
-                  .dimensions = 2,
-                  .distance = DistanceKind::angle,
-                  .range = ValueRange{-1, 1},
-                  .support = Support::upper_unit_vectors,
-                  .nvidia_name = "unitvec3_hemisphere",
-                  .ea_name = "sphere_uniformhemisphere"},
-      BoxMap{.domain = unit_box(2),
-             .to_sample = [](int /*channels*/, const double* u,
-                             double* sample) { hemisphere_from_square(u[0], u[1], sample); },
-             .to_domain = [](int /*channels*/, const float* sample, double* u) { square_from_hemisphere(sample, u); },
-             .contains = is_above,
-             .density = [](const float*) { return 0.5 / math::pi; },
-             .share_below =
-                 [](int channel, double value) {
-                   return channel == height ? std::clamp(value, 0.0, 1.0) : sphere_share_below(value);
-                 }});
+  return std::make_unique<MappedSpace>(SpaceTraits{.name = "hemisphere",
+                                                   .meaning = "a unit vector with z >= 0, uniform",
+                                                   .aliases = "hemisphere-uniform",
+                                                   .channels = 3,
+                                                   .dimensions = 2,
+                                                   .distance = DistanceKind::angle,
+                                                   .range = ValueRange{-1, 1},
+                                                   .support = Support::upper_unit_vectors,
+                                                   .nvidia_name = "unitvec3_hemisphere",
+                                                   .ea_name = "sphere_uniformhemisphere"},
+                                       hemisphere_map());
+}
+
+SpacePtr axis_space() {
+  return std::make_unique<MappedSpace>(SpaceTraits{.name = "axis",
+                                                   .meaning = "a unit vector that is the same as its opposite, z >= 0",
+                                                   .aliases = "line undirected fibre fiber",
+                                                   .channels = 3,
+                                                   .dimensions = 2,
+                                                   .distance = DistanceKind::axis,
+                                                   .range = ValueRange{-1, 1},
+                                                   .support = Support::unit_vectors,
+                                                   .nvidia_name = "axis",
+                                                   .ea_name = "axis_uniform"},
+                                       hemisphere_map());
 }
 
 SpacePtr hemisphere_cosine_space() {

@@ -25,7 +25,7 @@ SpacePtr uniform_space() {
 SpacePtr circle_space() {
   return std::make_unique<ScalarSpace>(SpaceTraits{.name = "circle",
                                                    .meaning = "one value in [0, 1) that wraps around",
-                                                   .aliases = "angle ring toroidal",
+                                                   .aliases = "angle toroidal",
                                                    .distance = DistanceKind::circle,
                                                    .range = ValueRange{0, 1},
                                                    .nvidia_name = "circle",

@@ -28,13 +28,22 @@ std::vector<Row> make_rows() {
   rows.emplace_back(uniform_space());
   rows.emplace_back(tent_space());
   rows.emplace_back(gauss_space());
+  rows.emplace_back(exponential_space());
   rows.emplace_back(circle_space());
   for (int channels = 2; channels <= 8; ++channels) rows.emplace_back(cube_space(channels));
   rows.emplace_back(sphere_space());
   rows.emplace_back(hemisphere_space());
   rows.emplace_back(hemisphere_cosine_space());
   rows.emplace_back(cone_family());
+  rows.emplace_back(ggx_family());
+  rows.emplace_back(axis_space());
+  rows.emplace_back(rotation_space());
   rows.emplace_back(disk_space());
+  rows.emplace_back(ring_family());
+  rows.emplace_back(hexagon_space());
+  rows.emplace_back(star_family());
+  rows.emplace_back(gauss2_space());
+  rows.emplace_back(triangle_space());
   rows.emplace_back(sobol_family());
   return rows;
 }

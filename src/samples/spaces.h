@@ -27,6 +27,15 @@ SpacePtr sphere_space();
 SpacePtr hemisphere_space();
 SpacePtr hemisphere_cosine_space();
 SpaceFamily cone_family();
+SpaceFamily ggx_family();
+SpacePtr axis_space();
+SpacePtr rotation_space();
+SpacePtr exponential_space();
+SpacePtr gauss2_space();
+SpacePtr triangle_space();
+SpaceFamily ring_family();
+SpacePtr hexagon_space();
+SpaceFamily star_family();
 SpaceFamily sobol_family();
 
 }  // namespace noiseloom

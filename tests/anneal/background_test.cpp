@@ -4,6 +4,7 @@
 #include <hwy/highway.h>
 
 #include "anneal/feature_fixture.h"
+#include "noiseloom/samples/sample_space.h"
 
 namespace noiseloom {
 namespace {
@@ -164,6 +165,30 @@ TEST(FeatureMap, OfUniformScalarsIsTheCosineSeries) {
   for (int n = 0; n < 4; ++n) {
     const double closed_form = 4 / std::pow((n + 1) * math::pi, 2);
     EXPECT_NEAR(map.mixing()[static_cast<std::size_t>(5 * n)], closed_form, 0.01 * closed_form);
+  }
+}
+
+// Visible normals of a smooth surface: nearly all within a few `roughness` of z, a few anywhere. Two of the bulk are
+// told apart by features that span it, and not by features that span the tails as well.
+TEST(FeatureMap, OfTheBulkIsNotDrawnOutByFarTails) {
+  SampleSpec spec;
+  spec.space = "ggx";
+  const ValueKernel kernel{ValueKernelKind::distance, DistanceKind::euclidean, 3, 1, 1};
+  for (const double roughness : {1e-4, 1e-2}) {
+    spec.parameters = {roughness, 30};
+    const std::vector<float> list = SampleSource(spec, 4096, 1, 1).list(0);
+    const float a[3] = {static_cast<float>(-roughness / 2), 0, 1};
+    const float b[3] = {static_cast<float>(roughness / 2), 0, 1};
+    const auto largest_difference = [&](FeatureMap::Span span) {
+      const FeatureMap map(kernel, 16, list, span);
+      const std::vector<double> of_a = map.features(a);
+      const std::vector<double> of_b = map.features(b);
+      double largest = 0;
+      for (std::size_t n = 0; n < of_a.size(); ++n) largest = std::max(largest, std::fabs(of_a[n] - of_b[n]));
+      return largest;
+    };
+    EXPECT_LT(largest_difference(FeatureMap::Span::all), 0.1);
+    EXPECT_GT(largest_difference(FeatureMap::Span::bulk), 0.2);
   }
 }
 

@@ -30,7 +30,8 @@ inline std::vector<Space> all_spaces() {
           {"vector3", DistanceKind::euclidean, 3}, {"vector4", DistanceKind::euclidean, 4},
           {"vector5", DistanceKind::euclidean, 5}, {"vector8", DistanceKind::euclidean, 8},
           {"direction2", DistanceKind::angle, 2},  {"sphere", DistanceKind::angle, 3},
-          {"direction4", DistanceKind::angle, 4}};
+          {"direction4", DistanceKind::angle, 4},  {"axis", DistanceKind::axis, 3},
+          {"rotation", DistanceKind::axis, 4}};
 }
 
 inline ValueKernel kernel_of(const Space& space, ValueKernelKind kind, int num_axes) {
@@ -41,12 +42,15 @@ inline ValueKernel kernel_of(const Space& space, ValueKernelKind kind, int num_a
 inline double oracle_kernel(const ValueKernel& kernel, const float* a, const float* b) {
   double dot = 0;
   double square = 0;
+  double to_opposite = 0;
   for (int c = 0; c < kernel.channels; ++c) {
     dot += double{a[c]} * double{b[c]};
     square += (double{a[c]} - double{b[c]}) * (double{a[c]} - double{b[c]});
+    to_opposite += (double{a[c]} + double{b[c]}) * (double{a[c]} + double{b[c]});
   }
   double d = std::sqrt(square);
   if (kernel.distance == DistanceKind::circle) d = std::min(d, 1 - d);
+  if (kernel.distance == DistanceKind::axis) d *= std::sqrt(to_opposite) / 2;
   if (kernel.distance == DistanceKind::angle) d = std::acos(std::clamp(dot, -1.0, 1.0));
   return kernel.kind == ValueKernelKind::distance ? -d
                                                   : std::exp(-std::pow(d, kernel.exponent) * kernel.inverse_sigma_s2);
@@ -100,8 +104,8 @@ class Texture {
       length += double{sample[c]} * double{sample[c]};
     }
     for (int c = 0; c < kernel_.channels; ++c) {
-      sample[c] = kernel_.distance == DistanceKind::angle ? static_cast<float>(double{sample[c]} / std::sqrt(length))
-                                                          : std::uniform_real_distribution<float>(0, 1)(engine_);
+      sample[c] = is_between_unit_vectors(kernel_.distance) ? static_cast<float>(double{sample[c]} / std::sqrt(length))
+                                                            : std::uniform_real_distribution<float>(0, 1)(engine_);
     }
   }
 

@@ -16,7 +16,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-constexpr const char* kernels = "accepted: box, gauss, binomial, ema, table, gauss-energy";
+constexpr const char* kernels = "accepted: box, gauss, binomial, ema, table, gauss-energy, eye";
 
 struct Case {
   std::string ConfigText::*part;
@@ -50,7 +50,7 @@ TEST(ConfigFaults, NameUnknownKeysAtEveryLevel) {
        "score, improvement"},
       {&ConfigText::optimizer, "quux = 5",
        "run.toml:14: optimizer.quux: unknown key; accepted: method, stop, start, precision, cutoff, "
-       "background_features, sieve_features, temperature, density, sharpness"},
+       "background_features, sieve_features, temperature, density, sharpness, curve"},
       {&ConfigText::optimizer, "quux = 5\nmethod = \"anneal\"",
        "run.toml:14: optimizer.quux: unknown key; accepted: method, stop, start, precision, cutoff, "
        "background_features, sieve_features, temperature"},

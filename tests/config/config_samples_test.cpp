@@ -13,11 +13,12 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 std::string with_samples(const std::string& samples) {
   ConfigText text;
-  text.size = "size = { x = 8, y = 4, t = 2 }";  // nets are of powers of two
+  text.size = "size = { x = 8, y = 4, t = 2 }";  // powers of two, as nets want them
   text.samples = "samples = " + samples;
   return text.text();
 }
@@ -106,6 +107,50 @@ TEST(ConfigSamples, HelpDescribesEveryParameterAndListsTheSpacesOnce) {
   const std::string line = "\n        vector3 ";
   EXPECT_EQ(help.find(line), help.rfind(line));
   EXPECT_NE(help.find(line), std::string::npos);
+}
+
+TEST(ConfigCurve, MakesVectorsToBeConstructed) {
+  ConfigText text;
+  text.samples = "samples = \"vector2\"";
+  text.optimizer = "curve = \"hilbert\"";
+  const RunConfig config = parsed(text.text());
+  EXPECT_EQ(config.problem.samples.curve, Curve::hilbert);
+  EXPECT_EQ(config.optimizer.method, Method::construct);
+  EXPECT_TRUE(config.optimizer.stop.is_none());
+  EXPECT_THAT(to_toml(config), HasSubstr("\ncurve = \"hilbert\"\n"));
+  EXPECT_EQ(to_toml(parsed(to_toml(config))), to_toml(config));
+  text.optimizer = "";
+  EXPECT_EQ(parsed(text.text()).optimizer.method, Method::anneal);
+  EXPECT_THAT(to_toml(parsed(text.text())), Not(HasSubstr("curve")));
+}
+
+TEST(ConfigCurve, FaultsSayWhatItIsFor) {
+  ConfigText text;
+  text.optimizer = "curve = \"hilbert\"";
+  EXPECT_THAT(
+      faults_of(text.text()),
+      ElementsAre("run.toml:14: optimizer.curve = \"hilbert\": is for samples vector2, vector3 and vector4; here "
+                  "they are uniform"));
+  text.samples = "samples = \"vector3\"";
+  text.optimizer = "method = \"anneal\"\ncurve = \"hilbert\"";
+  EXPECT_THAT(faults_of(text.text()), ElementsAre(HasSubstr("applies only with method = \"construct\" or \"auto\"")));
+  text.optimizer = "curve = \"hilber\"";
+  EXPECT_THAT(faults_of(text.text()), ElementsAre(HasSubstr("did you mean \"hilbert\"?")));
+}
+
+TEST(ConfigEye, IsAFilterOverTimeWithTwoNumbers) {
+  ConfigText text;
+  text.second = "{ axes = \"t\", kernel = \"eye\", frames_per_second = 72, pixels_per_degree = 25.5 }";
+  const RunConfig config = parsed(text.text());
+  EXPECT_EQ(config.problem.filter.groups[1].kernel.frames_per_second, 72);
+  EXPECT_EQ(config.problem.filter.groups[1].kernel.pixels_per_degree, 25.5);
+  EXPECT_EQ(to_toml(parsed(to_toml(config))), to_toml(config));
+  text.second = "{ axes = \"t\", kernel = \"eye\", frames_per_second = 72 }";
+  EXPECT_THAT(faults_of(text.text()), ElementsAre(HasSubstr("filter.groups[1].pixels_per_degree: missing")));
+  text.first = "{ axes = \"xy\", kernel = \"eye\", frames_per_second = 72, pixels_per_degree = 20 }";
+  text.second = "{ axes = \"t\", kernel = \"box\", size = 2 }";
+  EXPECT_THAT(faults_of(text.text()), ElementsAre(HasSubstr("filter.groups[0].axes = \"xy\": the kernel \"eye\" is a "
+                                                            "filter over time")));
 }
 
 }  // namespace

@@ -87,6 +87,38 @@ CONFIGS = {
     "disk, table of two dimensions":
         'texture.size = { x = 17, y = 19 }\ntexture.samples = "disk"\n'
         'filter.groups = [{ axes = "xy", kernel = "table", file = "taps-3x2.npy" }]\n' + ANNEAL,
+    # Spaces with a density in closed form or with parameters, at hard ones too; axes.
+    "exponential, annealed":
+        'texture.size = { x = 23, y = 16 }\ntexture.samples = "exponential"\n' + GAUSS_2D + ANNEAL,
+    "cone, a narrow one, product over a deep axis":
+        'texture.size = { x = 13, y = 11, t = 16 }\ntexture.samples = { space = "cone", angle = 0.5 }\n' + BOX_EMA + ANNEAL,
+    "ggx, product over a deep axis":
+        'texture.size = { x = 14, y = 11, t = 16 }\ntexture.samples = "ggx"\n' + BOX_EMA + ANNEAL,
+    "ggx, smooth and grazing, product over a deep axis":
+        'texture.size = { x = 14, y = 11, t = 16 }\n'
+        'texture.samples = { space = "ggx", roughness = 0.001, view = 89 }\n' + BOX_EMA + ANNEAL,
+    "ring":
+        'texture.size = { x = 17, y = 19 }\ntexture.samples = { space = "ring", inner = 0.9 }\n' + GAUSS_2D + ANNEAL,
+    "hexagon":
+        'texture.size = { x = 17, y = 19 }\ntexture.samples = "hexagon"\n' + GAUSS_2D + ANNEAL,
+    "star of three points":
+        'texture.size = { x = 17, y = 19 }\n'
+        'texture.samples = { space = "star", points = 3, inner = 0.1 }\n' + GAUSS_2D + ANNEAL,
+    "star of sixteen points":
+        'texture.size = { x = 17, y = 19 }\n'
+        'texture.samples = { space = "star", points = 16, inner = 0.5 }\n' + GAUSS_2D + ANNEAL,
+    "gauss2":
+        'texture.size = { x = 17, y = 19 }\ntexture.samples = "gauss2"\n' + GAUSS_2D + ANNEAL,
+    "triangle":
+        'texture.size = { x = 17, y = 19 }\ntexture.samples = "triangle"\n' + GAUSS_2D + ANNEAL,
+    "axis, product over a deep axis":
+        'texture.size = { x = 14, y = 11, t = 16 }\ntexture.samples = "axis"\n' + BOX_EMA + ANNEAL,
+    "rotation, stbn":
+        'texture.size = { x = 16, y = 13, t = 3 }\ntexture.samples = "rotation"\n' + BOX_EMA +
+        'energy.value_kernel = "stbn"\n' + ANNEAL,
+    "rotation, double precision":
+        'texture.size = { x = 12, y = 13, t = 3 }\ntexture.samples = "rotation"\n' + BOX_EMA +
+        'optimizer.precision = "double"\n' + ANNEAL,
     # The user's own samples.
     "list of scalars, table of one dimension":
         'texture.size = { x = 8, y = 5, t = 3 }\ntexture.samples = { file = "scalars.npy", distance = "absolute" }\n'
@@ -143,6 +175,8 @@ CONFIGS = {
         'texture.size = { x = 8, y = 5, t = 4 }\ntexture.samples = { file = "scalars.npy" }\n'
         'filter.groups = [{ axes = "xy", kernel = "table", file = "taps-4.npy" }, { axes = "t", kernel = "box", size = 2 }]\n'
         + CONSTRUCT + 'optimizer.sharpness = 1.25\n',
+    "construct, exponential":
+        'texture.size = { x = 23, y = 19, t = 3 }\ntexture.samples = "exponential"\n' + GAUSS_2D + CONSTRUCT,
     "construct, circle, box x ema":
         'texture.size = { x = 33, y = 27, t = 6 }\ntexture.samples = "circle"\n'
         'filter.groups = [{ axes = "xy", kernel = "box", size = 3 },\n'
@@ -150,6 +184,14 @@ CONFIGS = {
     "construct, circle, gauss in one slice":
         'texture.size = { x = 67, y = 63 }\ntexture.samples = "circle"\n'
         'filter.groups = [{ axes = "xy", kernel = "gauss", sigma = 1.0 }]\n' + CONSTRUCT,
+    "construct, vector2 along a Hilbert curve":
+        'texture.size = { x = 23, y = 19, t = 3 }\ntexture.samples = "vector2"\n' + BOX_EMA +
+        CONSTRUCT + 'optimizer.curve = "hilbert"\n',
+    "construct, vector4 along a Morton curve, the eye over time":
+        'texture.size = { x = 16, y = 11, t = 24 }\ntexture.samples = "vector4"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss", sigma = 1.0 },\n'
+        '                 { axes = "t", kernel = "eye", frames_per_second = 60, pixels_per_degree = 40 }]\n' +
+        CONSTRUCT + 'optimizer.curve = "morton"\n',
     "construct, blue noise":
         'texture.size = { x = 23, y = 19, t = 4 }\nfilter.combine = "sum"\n'
         'filter.groups = [{ axes = "xy", kernel = "gauss-energy" }, { axes = "t", kernel = "gauss-energy" }]\n' + CONSTRUCT,
@@ -201,6 +243,19 @@ CHECKSUMS = {
     "hemisphere, product over three slice axes": ("db3cbc1a57a6febc",),
     "hemisphere-cosine, product over a deep axis": ("e702cdb4372fcf12",),
     "disk, table of two dimensions": ("f517e17668d4f0a0",),
+    "exponential, annealed": ("7e5399dc309719a3",),
+    "cone, a narrow one, product over a deep axis": ("fd6174763b6c7e05",),
+    "ggx, product over a deep axis": ("d92cc8d99f928cea",),
+    "ggx, smooth and grazing, product over a deep axis": ("3f8b2a0b0ac5f0c9",),
+    "ring": ("ba5da8254e94d41c",),
+    "hexagon": ("0b5159e3ec547b3c",),
+    "star of three points": ("2441dde883d233fb",),
+    "star of sixteen points": ("77eeae1e43be9893",),
+    "gauss2": ("f2adeea56e3632a1",),
+    "triangle": ("aebb4d62c1c71a9c",),
+    "axis, product over a deep axis": ("4f55f1f62415e32e",),
+    "rotation, stbn": ("93a620a20b574b7e",),
+    "rotation, double precision": ("961efadbdb2973c4",),
     "list of scalars, table of one dimension": ("f17f40a318d869a6",),
     "list on the circle": ("365f4960eee1b805",),
     "list of unit vectors": ("60a4d4c94ac5d292",),
@@ -213,20 +268,22 @@ CHECKSUMS = {
     "order, sum over one slice axis, bits, equal slices": ("b3309b481c532874", "cb32a6c5524dc9db",),
     "order over two slice axes, bounded, other density": ("0473bd13bfcacc5d", "204e2af5001936e6",),
     "order over one group of three axes": ("e342ca25d9b9acb9", "0561dab2aaf109d7",),
-
     "construct, uniform, gauss x ema": ("3213c3850644ae2e",),
     "construct, tent, box in one slice": ("cdb79120bf909ee9",),
     "construct, gauss, sum over two slice axes, other seed": ("c7524501ea97233e",),
     "construct, a list, table, given sharpness": ("ae90f92e8f2f1fcb",),
+    "construct, exponential": ("be719baf481bb689",),
     "construct, circle, box x ema": ("ac7b02f8e1073435",),
     "construct, circle, gauss in one slice": ("1d84dd44624a48f1",),
+    "construct, vector2 along a Hilbert curve": ("206ea583665d29d4",),
+    "construct, vector4 along a Morton curve, the eye over time": ("4f0e92e3e87736f0",),
     "construct, blue noise": ("f095fab96e96459e",),
-    "auto, constructed, annealed in the cold": ("7b1683df58176a13",),
-    "auto, constructed, annealed": ("1b3d2ee7e8693271",),
     "densities of an image, onto the sphere": ("6bd4d7276bec34ed",),
     "densities of an image, onto the disk": ("65bb06f074a592c2",),
     "nets": ("d512cc70a12dd67e",),
     "nets of scalars, constructed": ("0ef759e60d7a76d6",),
+    "auto, constructed, annealed in the cold": ("7b1683df58176a13",),
+    "auto, constructed, annealed": ("1b3d2ee7e8693271",),
 }
 
 

@@ -64,7 +64,147 @@ Case cone(double angle) {
           2 * math::pi * (1 - lowest)};
 }
 
-std::vector<Case> all_cases() { return {cone(0.01), cone(1), cone(30), cone(90), cone(135), cone(180)}; }
+// alpha and the angle of the view. Slopes of visible normals in the plane of the view, over alpha, have the density
+// (alpha tan(view) x + 1)^+ / (1 + x^2)^(3/2), and across it, for a slope x, 1 / (1 + x^2 + y^2)^2.
+Case ggx(double alpha, double view) {
+  const double along = std::cos(radians(view));
+  const double across = alpha * std::sin(radians(view));
+  return {spec_of("ggx", {alpha, view}),
+          [alpha, along, across](std::uint64_t i, Point& point) {
+            double x = 0;
+            const double u = random_number(i, 1);
+            if (random_number(i, 0) * (along + across / 2) < along) {
+              x = (2 * u - 1) / (2 * std::sqrt(u * (1 - u)));
+              if (x < 0 && random_number(i, 2) * along > along + across * x) return false;
+            } else {
+              x = std::sqrt(1 / ((1 - u) * (1 - u)) - 1);
+            }
+            const double omega = math::pi * (random_number(i, 3) - 0.5);
+            if (random_number(i, 4) > std::cos(omega) * std::cos(omega)) return false;
+            const double y = std::sqrt(1 + x * x) * std::tan(omega);
+            const double length = std::sqrt(1 + alpha * alpha * (x * x + y * y));
+            point = {static_cast<float>(alpha * x / length), static_cast<float>(alpha * y / length),
+                     static_cast<float>(1 / length)};
+            return true;
+          },
+          2 * (math::pi - radians(view))};
+}
+
+// Points of the square around the unit disk of which `inside` is true.
+Case part_of_square(const SampleSpec& spec, double measure, const std::function<bool(double x, double y)>& inside) {
+  return {spec,
+          [inside](std::uint64_t i, Point& point) {
+            const double x = 2 * random_number(i, 0) - 1;
+            const double y = 2 * random_number(i, 1) - 1;
+            point = {static_cast<float>(x), static_cast<float>(y)};
+            return inside(x, y);
+          },
+          measure};
+}
+
+Case ring(double inner) {
+  return {spec_of("ring", {inner}),
+          [inner](std::uint64_t i, Point& point) {
+            const double radius = std::sqrt(inner * inner + (1 - inner * inner) * random_number(i, 0));
+            const double turn = 2 * math::pi * random_number(i, 1);
+            point = {static_cast<float>(radius * std::cos(turn)), static_cast<float>(radius * std::sin(turn))};
+            return true;
+          },
+          math::pi * (1 - inner * inner)};
+}
+
+// Whether a ray from the point crosses the outline an odd number of times.
+bool in_polygon(const std::vector<std::array<double, 2>>& corners, double x, double y) {
+  bool inside = false;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const auto& a = corners[k];
+    const auto& b = corners[(k + 1) % corners.size()];
+    if ((a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) * (b[0] - a[0]) / (b[1] - a[1])) inside = !inside;
+  }
+  return inside;
+}
+
+Case polygon(const SampleSpec& spec, int corners, double inner) {
+  std::vector<std::array<double, 2>> outline;
+  for (int k = 0; k < corners; ++k) {
+    const double radius = k % 2 == 0 ? 1 : inner;
+    outline.push_back({radius * std::cos(2 * math::pi * k / corners), radius * std::sin(2 * math::pi * k / corners)});
+  }
+  return part_of_square(spec, 0.5 * corners * inner * std::sin(2 * math::pi / corners),
+                        [outline](double x, double y) { return in_polygon(outline, x, y); });
+}
+
+Case star(int points, double inner) {
+  return polygon(spec_of("star", {static_cast<double>(points), inner}), 2 * points, inner);
+}
+
+Case exponential() {
+  return {spec_of("exponential", {}),
+          [](std::uint64_t i, Point& point) {
+            point[0] = static_cast<float>(-std::log(1 - random_number(i, 0)));
+            return true;
+          },
+          INFINITY};
+}
+
+Case gauss2() {
+  return {spec_of("gauss2", {}),
+          [](std::uint64_t i, Point& point) {
+            const double radius = std::sqrt(-2 * std::log(1 - random_number(i, 0)));
+            const double turn = 2 * math::pi * random_number(i, 1);
+            point = {static_cast<float>(radius * std::cos(turn)), static_cast<float>(radius * std::sin(turn))};
+            return true;
+          },
+          INFINITY};
+}
+
+Case triangle() {
+  return {spec_of("triangle", {}),
+          [](std::uint64_t i, Point& point) {
+            for (std::uint64_t c = 0; c < 2; ++c) {
+              point[c] = static_cast<float>(random_number(i, 2 * c) - random_number(i, 2 * c + 1));
+            }
+            return true;
+          },
+          4};
+}
+
+// A point of the sphere in as many dimensions by rejection from its cube, and of it and its opposite the one whose last
+// number is positive.
+Case half_sphere(const std::string& name, std::uint64_t channels, double measure) {
+  return {spec_of(name, {}),
+          [channels](std::uint64_t i, Point& point) {
+            std::array<double, most_channels> x{};
+            double square = 0;
+            for (std::uint64_t c = 0; c < channels; ++c) {
+              x[c] = 2 * random_number(i, c) - 1;
+              square += x[c] * x[c];
+            }
+            const double scale = std::copysign(1 / std::sqrt(square), x[channels - 1]);
+            for (std::uint64_t c = 0; c < channels; ++c) point[c] = static_cast<float>(x[c] * scale);
+            return square > 0.01 && square < 1;
+          },
+          measure};
+}
+
+std::vector<Case> all_cases() {
+  std::vector<Case> cases = {cone(0.01), cone(1), cone(30), cone(90), cone(135), cone(180)};
+  for (const double alpha : {1e-4, 0.3, 1.0}) {
+    for (const double view : {0.0, 60.0, 89.9}) cases.push_back(ggx(alpha, view));
+  }
+  for (const double inner : {0.0, 0.5, 0.999}) cases.push_back(ring(inner));
+  cases.push_back(polygon(spec_of("hexagon", {}), 6, 1));
+  for (const int points : {3, 5, 16}) {
+    for (const double inner : {0.1, 0.4, 1.0}) cases.push_back(star(points, inner));
+  }
+  cases.push_back(star(3, 0.01));
+  cases.push_back(half_sphere("axis", 3, 2 * math::pi));
+  cases.push_back(half_sphere("rotation", 4, math::pi * math::pi));
+  cases.push_back(exponential());
+  cases.push_back(gauss2());
+  cases.push_back(triangle());
+  return cases;
+}
 
 std::vector<float> list_of_case(const SampleSpec& spec, std::int64_t n) { return SampleSource(spec, n, 1, 1).list(0); }
 
@@ -106,17 +246,15 @@ TEST(ClosedForm, InvertUndoesSampleAfterRoundingToFloat) {
 // by chance it passes 5 of them less than once in 100,000 trials (n = 64) and in 2 million (n = 1,000).
 TEST(ClosedForm, StrataHoldEqualSharesOfPointsDrawnInAnotherWay) {
   for (const Case& c : all_cases()) {
+    std::vector<Point> points;
+    for (std::uint64_t i = 0; points.size() < 100'000; ++i) {
+      Point point;
+      if (c.draw(i, point)) points.push_back(point);
+    }
     for (const std::int64_t n : {64, 1000}) {
       std::vector<std::int64_t> count(static_cast<std::size_t>(n), 0);
-      std::int64_t total = 0;
-      for (std::uint64_t i = 0; i < 200'000; ++i) {
-        Point point;
-        if (!c.draw(i, point)) continue;
-        ++count[static_cast<std::size_t>(c.space().invert(n, point.data()))];
-        ++total;
-      }
-      const double expected = static_cast<double>(total) / static_cast<double>(n);
-      ASSERT_GT(expected, 20) << c.name();
+      for (const Point& point : points) ++count[static_cast<std::size_t>(c.space().invert(n, point.data()))];
+      const double expected = static_cast<double>(points.size()) / static_cast<double>(n);
       double chi_square = 0;
       for (const std::int64_t k : count) {
         chi_square += (static_cast<double>(k) - expected) * (static_cast<double>(k) - expected) / expected;
@@ -127,16 +265,25 @@ TEST(ClosedForm, StrataHoldEqualSharesOfPointsDrawnInAnotherWay) {
   }
 }
 
-// Means over the stratified list: E[1/density] is the measure of the support, and so the integral of the density is 1.
+// E[1/density] is the measure of the support: where the density is constant to the last digits, and its integral so 1;
+// else to 4 standard errors of as many independent samples. (Of a mirror, ten thousand samples meet no part of what
+// the density's tail covers.)
 TEST(ClosedForm, MeanOfOneOverTheDensityIsTheMeasureOfTheSupport) {
   for (const Case& c : all_cases()) {
-    if (!std::isfinite(c.measure)) continue;
+    if (!std::isfinite(c.measure) || (c.spec.space == "ggx" && c.spec.parameters[0] < 0.1)) continue;
     const std::int64_t n = 10'007;
     const std::vector<float> list = list_of_case(c.spec, n);
     const auto channels = static_cast<std::size_t>(c.space().traits().channels);
-    double sum = 0;
-    for (std::size_t i = 0; i < list.size(); i += channels) sum += 1 / c.space().density(&list[i]);
-    EXPECT_NEAR(sum / static_cast<double>(n) / c.measure, 1, 1e-3) << c.name();
+    double mean = 0;
+    double squares = 0;
+    for (std::size_t i = 0; i < list.size(); i += channels) {
+      const double value = 1 / c.space().density(&list[i]) / c.measure;
+      mean += value / static_cast<double>(n);
+      squares += value * value / static_cast<double>(n);
+    }
+    const double error = std::sqrt(std::max(0.0, squares - mean * mean) / static_cast<double>(n));
+    EXPECT_NEAR(mean, 1, 4 * error + 1e-12) << c.name();
+    EXPECT_EQ(squares - mean * mean < 1e-9, c.space().traits().has_constant_density) << c.name();
   }
 }
 
@@ -147,14 +294,18 @@ TEST(ClosedForm, NeighboursInTheListAreNeighboursInSpace) {
     const int channels = c.space().traits().channels;
     const DistanceKind kind = c.space().traits().distance;
     const auto step = static_cast<std::size_t>(channels);
-    double near = 0;
-    double far = 0;
+    std::vector<double> near;  // medians: densities may have far tails
+    std::vector<double> far;
     for (std::size_t i = step; i < list.size(); i += step) {
-      near += distance(kind, channels, &list[i - step], &list[i]);
-      far += distance(kind, channels, &list[i], &list[i * 7919 % list.size() / step * step]);
+      near.push_back(distance(kind, channels, &list[i - step], &list[i]));
+      far.push_back(distance(kind, channels, &list[i], &list[i * 7919 % list.size() / step * step]));
     }
+    const auto median = [](std::vector<double>& values) {
+      std::sort(values.begin(), values.end());
+      return values[values.size() / 2];
+    };
     const double width = std::pow(static_cast<double>(n), -1.0 / c.space().traits().dimensions);
-    EXPECT_LT(near, 8 * width * far) << c.name();
+    EXPECT_LT(median(near), 4 * width * median(far)) << c.name();
   }
 }
 

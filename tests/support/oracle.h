@@ -291,19 +291,19 @@ inline Texture random_texture(const Extents& extents, DistanceKind distance, int
   for (std::size_t cell = 0; cell < num_cells; ++cell) {
     std::vector<double> sample;
     double norm = 0;
-    for (std::uint32_t attempt = 0; sample.empty() || (distance == DistanceKind::angle && (norm > 1 || norm < 0.01));
+    for (std::uint32_t attempt = 0; sample.empty() || (is_between_unit_vectors(distance) && (norm > 1 || norm < 0.01));
          ++attempt) {
       sample.clear();
       norm = 0;
       for (int c = 0; c < channels; ++c) {
         const RandomBlock bits = random_block(seed, Purpose::jitter, static_cast<std::uint32_t>(c), attempt, cell);
         const double u = to_unit_double(bits[0], bits[1]);
-        sample.push_back(distance == DistanceKind::angle ? 2 * u - 1 : u);
+        sample.push_back(is_between_unit_vectors(distance) ? 2 * u - 1 : u);
         norm += sample.back() * sample.back();
       }
     }
     for (std::size_t c = 0; c < sample.size(); ++c) {
-      const double value = distance == DistanceKind::angle ? sample[c] / std::sqrt(norm) : sample[c];
+      const double value = is_between_unit_vectors(distance) ? sample[c] / std::sqrt(norm) : sample[c];
       texture.values[cell / per_slice * texture.slice_size() + c * per_slice + cell % per_slice] =
           static_cast<float>(value);
     }
@@ -314,7 +314,14 @@ inline Texture random_texture(const Extents& extents, DistanceKind distance, int
 inline double distance(DistanceKind kind, const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0;
   for (std::size_t c = 0; c < a.size(); ++c) {
-    sum += kind == DistanceKind::angle ? a[c] * b[c] : (a[c] - b[c]) * (a[c] - b[c]);
+    sum += is_between_unit_vectors(kind) ? a[c] * b[c] : (a[c] - b[c]) * (a[c] - b[c]);
+  }
+  if (kind == DistanceKind::axis) {  // |a a^T - b b^T| / sqrt(2)
+    double squares = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      for (std::size_t j = 0; j < a.size(); ++j) squares += std::pow(a[i] * a[j] - b[i] * b[j], 2);
+    }
+    return std::sqrt(squares / 2);
   }
   if (kind == DistanceKind::angle) return std::acos(std::fmin(1, std::fmax(-1, sum)));
   if (kind == DistanceKind::circle) return std::fmin(std::fabs(a[0] - b[0]), 1 - std::fabs(a[0] - b[0]));

@@ -200,7 +200,7 @@ struct Setting {
   std::span<const Word> words = {};
   Condition when = {};
   bool required = false;
-  bool zero_is_unset = false;     // no value of its own: zero (or no text) means that the file does not say
+  bool zero_is_unset = false;     // zero (or no text, or the first word) means that the file does not say
   bool one_of = false;            // table: holds exactly one of its keys; that of a --set replaces that of the file
   std::string_view example = {};  // tables: `a list of tables such as <example>`
   const CustomType* custom = nullptr;

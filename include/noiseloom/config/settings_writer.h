@@ -28,6 +28,7 @@ class Writer {
  private:
   std::string section(const Setting& table, const Owners& owners) const;
   std::string lines(std::string_view pattern, const Owners& owners) const;
+  std::string word_text(const Setting& setting, const Owners& owners) const;
   std::string tables_text(const Setting& setting, const Owners& owners) const;
   std::string scalar_text(const Setting& setting, const Field& field) const;
   std::string string_text(const Setting& setting, const std::string& text) const;

@@ -26,8 +26,9 @@ struct OrderSpec {
 enum class SampleScale { line, circle };
 
 // Nothing where samples of `channels` numbers cannot be constructed. Of a user's list nobody knows how evenly it
-// divides a circle.
+// divides a circle. Places along a curve are scalars.
 inline std::optional<SampleScale> scale_of(const SampleSpec& samples, int channels) {
+  if (samples.curve != Curve::none) return SampleScale::line;
   if (channels != 1) return std::nullopt;
   const DistanceKind distance = distance_kind(samples, 1);
   if (distance == DistanceKind::absolute) return SampleScale::line;

@@ -12,7 +12,7 @@
 
 namespace noiseloom {
 
-enum class KernelKind { box, gauss, binomial, ema, table, gauss_energy };
+enum class KernelKind { box, gauss, binomial, ema, table, gauss_energy, eye };
 
 struct KernelSpec {
   KernelKind kind = KernelKind::box;
@@ -22,11 +22,13 @@ struct KernelSpec {
   // taps instead: that of the sum of so many slices in a row, for every such run.
   std::vector<int> box_axes;
   int box_size = 0;
-  int n = 2;               // binomial: n + 1 taps per axis
-  double alpha = 0.1;      // ema: weight of the current frame, (0, 1]
-  double rejection = 0.1;  // ema: probability beta that the history is rejected, [0, 1]
-  std::string file;        // table: .npy of 1 dimension (taps of each axis) or of as many as the group has axes
-  InputArrayPtr array;     // table: its contents where they are known; else whoever needs them reads the file
+  double frames_per_second = 60;  // eye: of the display
+  double pixels_per_degree = 40;  // eye: of the field of view
+  int n = 2;                      // binomial: n + 1 taps per axis
+  double alpha = 0.1;             // ema: weight of the current frame, (0, 1]
+  double rejection = 0.1;         // ema: probability beta that the history is rejected, [0, 1]
+  std::string file;               // table: .npy of 1 dimension (taps of each axis) or of as many as the group has axes
+  InputArrayPtr array;            // table: its contents where they are known; else whoever needs them reads the file
 };
 
 struct GroupSpec {

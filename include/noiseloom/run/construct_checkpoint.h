@@ -68,8 +68,9 @@ std::string save_construct_run(FileOps& ops, const std::string& path, const RunC
 ConstructState restore_construct_run(const RunFileReader* file, const RunConfig& config, const SampleSource& source,
                                      SliceConstruction& run, const Communicator& communicator);
 
-// The samples of a slice whose pixels have these places; NaN where there is none. `list`: the samples of the slice,
-// ascending.
-std::vector<float> samples_of_places(const std::vector<std::uint32_t>& places, const std::vector<float>& list);
+// The samples of a slice whose pixels have these places, [cell][channel]; NaN where there is none. `list`: the samples
+// of the slice in the order of places, [place][channel].
+std::vector<float> samples_of_places(const std::vector<std::uint32_t>& places, const std::vector<float>& list,
+                                     int channels);
 
 }  // namespace noiseloom

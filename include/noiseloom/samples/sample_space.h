@@ -27,7 +27,7 @@ DistanceKind distance_kind(const SampleSpec& spec, int channels);
 int num_channels(const SampleSpec& spec, std::int64_t cells_per_slice, SliceIndex num_slices);
 
 // Distance in double. a, b: `channels` values each. circle: circumference 1. angle: radians, cosine clamped to [-1, 1];
-// unit vectors in float have lengths off by up to 1e-7, so equal samples may be 5e-4 apart.
+// unit vectors in float have lengths off by up to 1e-7, so equal samples may be 5e-4 apart. axis: see DistanceKind.
 double distance(DistanceKind kind, int channels, const float* a, const float* b);
 
 // The lists of every slice of one texture. Pure: list(slice) is a function of (spec, cells_per_slice, seed, slice).
@@ -35,7 +35,7 @@ double distance(DistanceKind kind, int channels, const float* a, const float* b)
 // Samples of a file: float32 values are kept bit for bit, others are rounded to float32; strata are places in an order
 // of the list (scalars: ascending; vectors: halved at the median of the widest channel, recursively). Values must be
 // finite as float32, no denormals and within 1e18; points of several channels not all within 1e-18. distance =
-// circle: in [0, 1); angle: lengths within 1e-3 of 1.
+// circle: in [0, 1); angle and axis: lengths within 1e-3 of 1.
 class SampleSource {
  public:
   // Reads and checks a user's file; UserError naming the shapes that are accepted, or slice, sample and channel of the
@@ -44,6 +44,7 @@ class SampleSource {
   ~SampleSource();
   SampleSource(SampleSource&&) noexcept;
 
+  bool is_file() const;
   int channels() const;
   // A file's Euclidean distance of one channel is `absolute`.
   DistanceKind distance() const;

@@ -36,11 +36,13 @@ struct ValueRange {
 // The set that the samples of a space fill.
 enum class Support {
   line,
+  half_line,
   unit_interval,
+  signed_unit_interval,
   unit_disk,
   unit_vectors,
   upper_unit_vectors
-};  // unit_interval: of every channel
+};  // lines and intervals: of every channel; half_line: values >= 0; unit_disk: or a part of it
 
 // A number that the space depends on. A config gives it by its name: { space = "cone", angle = 30 }.
 struct SpaceParameter {

@@ -8,7 +8,18 @@
 
 namespace noiseloom {
 
-enum class DistanceKind { absolute, circle, euclidean, angle };
+// axis: of unit vectors of which each and its opposite are the same, such as unit quaternions that stand for rotations:
+// the sine of the angle between them, |a - b| |a + b| / 2. It is the distance between the matrices a a^T and b b^T over
+// sqrt(2), and so of negative type, as R must have it to be an error; the angle itself is not [Gangolli67].
+enum class DistanceKind { absolute, circle, euclidean, angle, axis };
+
+constexpr bool is_between_unit_vectors(DistanceKind kind) {
+  return kind == DistanceKind::angle || kind == DistanceKind::axis;
+}
+
+// A space-filling curve (src/samples/curve.h) that samples of two to four numbers are listed along, so that they can be
+// constructed as scalars are. none: in the order of the strata.
+enum class Curve { none, hilbert, morton };
 
 // What an image of a density covers (samples/image_density.h says which texel lies where).
 enum class ImageDomain { square, disk, sphere, hemisphere };
@@ -29,6 +40,8 @@ struct SampleSpec {
   DistanceKind distance = DistanceKind::euclidean;   // file only: how its samples are compared
   ImageDomain onto = ImageDomain::square;            // image only
   ImageEncoding encoding = ImageEncoding::unstated;  // image only
+
+  Curve curve = Curve::none;  // vector2 to vector4 only
 
   bool is_file() const { return space == "file"; }
   bool is_image() const { return space == "image"; }
