@@ -106,28 +106,38 @@ Trial anneal(Twin twin, double iterations, ThreadPool& pool) {
   return {optimizer.relative_error(), took_s / std::max(1.0, real(optimizer.candidates_done()))};
 }
 
+bool is_constructed_circle(const RunConfig& config, const SampleSource& source) {
+  return config.optimizer.method == Method::construct && source.distance() == DistanceKind::circle;
+}
+
+// Of a few milliseconds, the first of which find memory and threads cold: the best of three.
+double quickest_candidate(const Twin& twin, ThreadPool& pool) {
+  double least_s = 1;
+  for (int trial = 0; trial < 3; ++trial) least_s = std::min(least_s, anneal(twin, 24, pool).candidate_s);
+  return std::max(least_s, 1e-9);
+}
+
 }  // namespace
 
-double extrapolated_error(double error_of_quarter, double error, double tried, double iterations, double lasting) {
+double extrapolated_error(double error_of_quarter, double error, double tried, double iterations) {
+  constexpr double lasting = 0.75;
   if (!(error < error_of_quarter) || iterations <= tried) return error;
   const double quadruplings = math::log(iterations / tried) / math::log(4);
   const double gain = math::log(error_of_quarter / error);
   // The sum of lasting^k for k = 1, 2, ..., quadruplings.
-  const double times =
-      lasting == 1 ? quadruplings : lasting * (1 - math::exp(quadruplings * math::log(lasting))) / (1 - lasting);
+  const double times = lasting * (1 - math::exp(quadruplings * math::log(lasting))) / (1 - lasting);
   return error * math::exp(-gain * times);
-}
-
-double lasting_gain(double error_of_sixteenth, double error_of_quarter, double error) {
-  const double before = math::log(error_of_sixteenth / error_of_quarter);
-  const double last = math::log(error_of_quarter / error);
-  return before > 0 ? std::clamp(last / before, 0.5, 1.2) : 1;
 }
 
 Joining joining_of(double expected_ratio) {
   if (expected_ratio < 0.985) return {expected_ratio, false, 0};
   if (!(expected_ratio <= 1.04)) return {expected_ratio, true, 0};
   return {expected_ratio, false, 0.3 + 3 * (expected_ratio - 1)};
+}
+
+Joining joining_of_circle(double iterations) {
+  if (!(iterations >= 500)) return {1, true, 0};
+  return {1, false, iterations < 4000 ? 0.4 : 0.3};
 }
 
 Joining find_joining(const RunConfig& config, const SampleSource& source, const JoiningQuestion& question,
@@ -139,26 +149,22 @@ Joining find_joining(const RunConfig& config, const SampleSource& source, const 
   double iterations = stop.iterations > 0 ? real(stop.iterations) : iterations_of_rounds;
   double longest = most_trial_candidates * 2 / twin_pixels;
   if (stop.time_s > 0) {
-    const Trial trial = anneal(twin, 24, pool);
+    const double candidate_s = quickest_candidate(twin, pool);
     const double used = std::min(question.workers, pool.num_threads());  // what the trial had
-    const double candidates = question.left_s / std::max(trial.candidate_s, 1e-9) * question.workers / used;
+    const double candidates = question.left_s / candidate_s * question.workers / used;
     iterations = std::max(1.0, candidates * 2 / pixels);
-    longest = std::min(longest, most_share_of_time * question.left_s / (1.25 * trial.candidate_s * twin_pixels / 2));
+    longest = std::min(longest, most_share_of_time * question.left_s / (1.25 * candidate_s * twin_pixels / 2));
+    if (is_constructed_circle(config, source)) return joining_of_circle(iterations);
     // What cannot be found out is not risked.
     if (longest < std::min(iterations, fewest_trial_iterations)) return {1, true, 0};
   }
+  if (is_constructed_circle(config, source)) return joining_of_circle(iterations);
   const double affordable = share_of_trials / 1.25 * iterations * pixels / twin_pixels;
   const double most = std::clamp(longest, fewest_trial_iterations, most_trial_iterations);
   const double tried = std::min(iterations, std::clamp(affordable, fewest_trial_iterations, most));
-  const auto error_after = [&](double tried_iterations) {
-    return anneal(twin, std::max(1.0, std::floor(tried_iterations)), pool).relative_error;
-  };
-  const double quarter = error_after(tried / 4);
-  const double error = error_after(tried);
-  const double expected =
-      source.distance() == DistanceKind::circle
-          ? extrapolated_error(quarter, error, tried, iterations, lasting_gain(error_after(tried / 16), quarter, error))
-          : extrapolated_error(quarter, error, tried, iterations);
+  const double quarter = anneal(twin, std::max(1.0, std::floor(tried / 4)), pool).relative_error;
+  const double error = anneal(twin, std::max(1.0, std::floor(tried)), pool).relative_error;
+  const double expected = extrapolated_error(quarter, error, tried, iterations);
   return joining_of(question.given_error > 0 ? expected / question.given_error : 2);
 }
 

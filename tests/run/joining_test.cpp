@@ -43,21 +43,14 @@ TEST(Joining, ExtrapolatesByALawOfFallingGains) {
   EXPECT_NEAR(extrapolated_error(0.2, 0.1, 100, 1600), 0.1 * std::pow(0.5, 0.75 + 0.5625), 1e-6);
 }
 
-TEST(Joining, SeesHowLastingGainsAreFromThreeTrials) {
-  EXPECT_NEAR(lasting_gain(0.4, 0.2, 0.2 * std::pow(0.5, 0.8)), 0.8, 1e-6);
-  EXPECT_EQ(lasting_gain(0.4, 0.3, 0.1), 1.2);
-  EXPECT_EQ(lasting_gain(0.4, 0.2, 0.199), 0.5);
-  EXPECT_EQ(lasting_gain(0.2, 0.2, 0.1), 1);
-  EXPECT_NEAR(extrapolated_error(0.2, 0.1, 100, 1600, 1), 0.025, 1e-6);
-  EXPECT_NEAR(extrapolated_error(0.2, 0.1, 100, 1600, 1.2), 0.1 * std::pow(0.5, 1.2 + 1.44), 1e-6);
-}
-
-// 64x64 in 25,600 iterations: gauss 0.7 comes to 0.0202, box 3 to 0.1112.
-TEST(Joining, OfACircleGoesByItsOwnGains) {
-  const RunConfig gauss = scalars_under("\"gauss\", sigma = 0.7", "25600", "\"circle\"");
-  EXPECT_LT(joining_for(gauss, 0.044).expected_ratio, 0.9);
-  const RunConfig box = scalars_under("\"box\", size = 3", "25600", "\"circle\"");
-  EXPECT_GT(joining_for(box, 0.1112).expected_ratio, 0.9);
+TEST(Joining, OfAConstructedCircleIsInTheScheduleUnlessThereIsNoTime) {
+  const auto joining = [](const std::string& iterations) {
+    return joining_for(scalars_under("\"gauss\", sigma = 0.7", iterations, "\"circle\""), 0.044);
+  };
+  EXPECT_TRUE(joining("100").cold);
+  EXPECT_FALSE(joining("1000").cold);
+  EXPECT_EQ(joining("1000").fraction, 0.4);
+  EXPECT_EQ(joining("8000").fraction, 0.3);
 }
 
 // R of constructions, and what annealing comes to in as many iterations: 64x64, box 3: 0.136 in 4,000; gauss 1.0: 0.112
