@@ -284,7 +284,7 @@ CHECKSUMS = {
     "construct, blue noise": ("f095fab96e96459e",),
     "densities of an image, onto the sphere": ("6bd4d7276bec34ed",),
     "densities of an image, onto the disk": ("65bb06f074a592c2",),
-    "order, the sum of three slices in a row": ("", ""),
+    "order, the sum of three slices in a row": ("c24f3b2cff84520b", "87f3e75751555459"),
     "nets": ("d512cc70a12dd67e",),
     "nets of scalars, constructed": ("0ef759e60d7a76d6",),
     "auto, constructed, annealed in the cold": ("7b1683df58176a13",),
