@@ -23,6 +23,11 @@ extern const CustomType samples_type;
 std::span<const Word> sample_words();
 // The rows, and behind texture.size those of texture.samples: one for each parameter of a space among them.
 std::vector<Setting> with_rows_of_samples(std::vector<Setting> rows);
+// And before those of [energy] those of [filter] (run_settings_filter.cpp).
+std::vector<Setting> with_rows_of_filter(std::vector<Setting> rows);
+// Bounds that no texture needs to pass, and within which all arithmetic on taps stays finite.
+inline constexpr double largest_reach = 65536;
+inline constexpr double least_sigma = 0.001;
 // For the row of the space: its parameters are as they are where the config does not say.
 void take_initial_parameters(const Owners& owners);
 

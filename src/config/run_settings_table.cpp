@@ -6,25 +6,6 @@
 namespace noiseloom::settings {
 namespace {
 
-constexpr Word combine_table[] = {
-    {"product", "one filter over all axes: what a denoiser does that blurs in space and accumulates over time",
-     "multiply separable"},
-    {"sum", "each group on its own: good over space, and good over time for a pixel that is looked at alone",
-     "separate add"},
-};
-
-constexpr Word kernel_table[] = {
-    {"box", "mean of `size` pixels along each axis", "mean average blur uniform"},
-    {"gauss", "Gaussian, integrated over each pixel", "gaussian normal"},
-    {"binomial", "n + 1 binomial coefficients along each axis; n = 2 is 1 2 1", "pascal tent"},
-    {"ema", "exponential moving average of a temporal accumulation that rejects its history now and then",
-     "exponential exp taa temporal history"},
-    {"table", "taps from a file", "file custom taps"},
-    {"gauss-energy", "exp(-r^2 / 2 sigma^2) as the energy itself: the blue noise of void and cluster",
-     "bluenoise blue-noise blue stbn void-and-cluster gaussian-energy"},
-    {"eye", "what the eye sees of a flicker from frame to frame: a filter over time", "perceptual csf vision human"},
-};
-
 constexpr Word value_kernel_table[] = {
     {"distance", "minus the distance of the two samples: filter-adapted noise", "fast euclidean"},
     {"stbn", "exp(-d^(D/n) / sigma_s^2): spatiotemporal blue noise masks", "blue-noise bluenoise exponential"},
@@ -59,21 +40,10 @@ constexpr Word equalize_table[] = {
     {"slice", "each slice does; costs about 1 % more power at low frequencies", "frame slices"},
 };
 
-// Bounds that no texture needs to pass, and within which all arithmetic on taps stays finite.
-constexpr double max_reach = 65536;
-constexpr double min_sigma = 0.001;
-
-constexpr Condition with_kernel(std::string_view word) { return {"filter.groups[].kernel", word}; }
 constexpr Condition with_method(std::string_view word) { return {"optimizer.method", word}; }
 constexpr Condition with_swaps = {"optimizer.method", "anneal fast construct auto"};
 constexpr Condition with_construction = {"optimizer.method", "construct auto"};
 constexpr Condition with_annealing = {"optimizer.method", "anneal construct auto"};
-
-// Kernels have defaults of their own.
-void fit_defaults(const Owners& owners) {
-  KernelSpec& kernel = owners.get<GroupSpec>().kernel;
-  kernel = default_kernel(kernel.kind);
-}
 
 std::vector<Setting> rows() {
   return {
@@ -93,129 +63,6 @@ std::vector<Setting> rows() {
        .field = [](RunConfig& c) -> Field { return &c.problem.seed; },
        .range = at_least(0)},
 
-      {.key = "filter",
-       .type = Type::table,
-       .sentence = "What the renderer does to the noise; the texture is made for it.",
-       .required = true},
-      {.key = "filter.combine",
-       .type = Type::word,
-       .sentence = "How the groups work together.",
-       .field = [](RunConfig& c) -> Field { return &c.problem.filter.combine; },
-       .words = combine_table},
-      {.key = "filter.groups",
-       .type = Type::tables,
-       .sentence = "One kernel for each set of axes. Axes in no group are left white.",
-       .field = [](RunConfig& c) -> Field { return &c.problem.filter.groups; },
-       .required = true,
-       .example = R"({ axes = "xy", kernel = "box", size = 5 })",
-       .check = check_groups},
-      {.key = "filter.groups[].axes",
-       .type = Type::custom,
-       .sentence = "The axes of the group: \"xy\", \"t\", or a list such as [\"time\"] where names are longer than a "
-                   "letter. With product an axis belongs to one group.",
-       .field = [](GroupSpec& g) -> Field { return &g.axes; },
-       .required = true,
-       .custom = &axes_type},
-      {.key = "filter.groups[].kernel",
-       .type = Type::word,
-       .sentence = "The filter along these axes.",
-       .field = [](GroupSpec& g) -> Field { return &g.kernel.kind; },
-       .words = kernel_table,
-       .required = true,
-       .chosen = fit_defaults},
-      {.key = "filter.groups[].size",
-       .type = Type::integer,
-       .sentence = "Taps along each axis.",
-       .field = [](GroupSpec& g) -> Field { return &g.kernel.size; },
-       .range = at_least(1, max_reach),
-       .unit = "pixels",
-       .when = with_kernel("box"),
-       .required = true},
-      {.key = "filter.groups[].sigma",
-       .type = Type::number,
-       .sentence = "Standard deviation of the filter; it is cut where 99.5 % of it is covered.",
-       .field = [](GroupSpec& g) -> Field { return &g.kernel.sigma; },
-       .range = at_least(min_sigma, max_reach),
-       .unit = "pixels",
-       .when = with_kernel("gauss"),
-       .required = true},
-      {.key = "filter.groups[].n",
-       .type = Type::integer,
-       .sentence = "Order; n + 1 taps along each axis.",
-       .field = [](GroupSpec& g) -> Field { return &g.kernel.n; },
-       .range = at_least(1, 1000),
-       .when = with_kernel("binomial"),
-       .required = true},
-      {.key = "filter.groups[].alpha",
-       .type = Type::number,
-       .sentence = "Weight of the newest frame.",
-       .field = [](GroupSpec& g) -> Field { return &g.kernel.alpha; },
-       .range = above(0, 1),
-       .when = with_kernel("ema"),
-       .required = true},
-      {.key = "filter.groups[].rejection",
-       .type = Type::number,
-       .sentence = "Probability that a pixel loses its history in a frame.",
-       .field = [](GroupSpec& g) -> Field { return &g.kernel.rejection; },
-       .range = at_least(0, 1),
-       .when = with_kernel("ema")},
-      {.key = "filter.groups[].file",
-       .type = Type::file,
-       .sentence =
-           "A .npy of one dimension, the taps along each axis of the group; or of as many as the group has axes, the "
-           "first axis of the texture last: [y, x] for \"xy\", [t, y, x] for \"xyt\", however the axes are listed. "
-           "Which tap is the middle one does not matter, nor does a mirrored table. Taps are taken as they are, not "
-           "scaled to add up to 1: with product R is the same, with sum a group of taps that add up to 2 counts four "
-           "times. Negative ones are taken too, with a word to say so. Read when a run begins, and kept in its run "
-           "file.",
-       .field = [](GroupSpec& g) -> Field { return &g.kernel.file; },
-       .when = with_kernel("table"),
-       .required = true},
-      {.key = "filter.groups[].sigma",
-       .type = Type::number,
-       .sentence = "Width of the energy.",
-       .field = [](GroupSpec& g) -> Field { return &g.kernel.sigma; },
-       .range = at_least(min_sigma, max_reach),
-       .unit = "pixels",
-       .when = with_kernel("gauss-energy")},
-      {.key = "filter.groups[].frames_per_second",
-       .type = Type::number,
-       .sentence = "Of the display.",
-       .field = [](GroupSpec& g) -> Field { return &g.kernel.frames_per_second; },
-       .range = at_least(1, 1000),
-       .when = with_kernel("eye"),
-       .required = true},
-      {.key = "filter.groups[].pixels_per_degree",
-       .type = Type::number,
-       .sentence = "Of the field of view: a monitor on a desk has 30 to 60, a headset 15 to 35.",
-       .field = [](GroupSpec& g) -> Field { return &g.kernel.pixels_per_degree; },
-       .range = at_least(1, 500),
-       .when = with_kernel("eye"),
-       .required = true},
-      {.key = "filter.groups[].box",
-       .type = Type::custom,
-       .sentence =
-           "Slice axes of the group along which the energy is not that of a Gaussian, but of the sum of box_size "
-           "slices in a row: their union is blue and, with void-and-cluster, they share no pixel.",
-       .field = [](GroupSpec& g) -> Field { return &g.kernel.box_axes; },
-       .when = with_kernel("gauss-energy"),
-       .custom = &some_axes_type},
-      {.key = "filter.groups[].box_size",
-       .type = Type::integer,
-       .sentence = "How many slices in a row make such a sum; as many as the axis has: all of them.",
-       .field = [](GroupSpec& g) -> Field { return &g.kernel.box_size; },
-       .range = at_least(1, max_reach),
-       .unit = "slices",
-       .when = with_kernel("gauss-energy"),
-       .zero_is_unset = true},
-      {.key = "filter.groups[].weight",
-       .type = Type::number,
-       .sentence = "Share of the group; given for all groups, adding up to 1, or for none (equal shares).",
-       .field = [](GroupSpec& g) -> Field { return &g.weight; },
-       .range = above(0, 1),
-       .when = {"filter.combine", "sum"},
-       .zero_is_unset = true},
-
       {.key = "energy", .type = Type::table, .sentence = "How samples are compared."},
       {.key = "energy.value_kernel",
        .type = Type::word,
@@ -227,7 +74,7 @@ std::vector<Setting> rows() {
        .type = Type::number,
        .sentence = "Distance at which two samples no longer count as alike.",
        .field = [](RunConfig& c) -> Field { return &c.problem.value_kernel.sigma_s; },
-       .range = at_least(min_sigma, max_reach),
+       .range = at_least(least_sigma, largest_reach),
        .when = {"energy.value_kernel", "stbn"}},
 
       {.key = "optimizer", .type = Type::table, .sentence = "How it is made, and for how long."},
@@ -395,7 +242,7 @@ std::vector<Setting> rows() {
 }
 
 std::span<const Setting> all() {
-  static const std::vector<Setting> table = with_rows_of_samples(rows());
+  static const std::vector<Setting> table = with_rows_of_filter(with_rows_of_samples(rows()));
   return table;
 }
 
@@ -407,13 +254,6 @@ const FileKind& run_config_kind() {
                                                      .check = check_method,
                                                      .override_example = "texture.seed=2 or filter.groups[0].size=3"});
   return kind;
-}
-
-KernelSpec default_kernel(KernelKind kind) {
-  KernelSpec kernel;
-  kernel.kind = kind;
-  if (kind == KernelKind::gauss_energy) kernel.sigma = 1.9;  // [STBN22], [Ulichney93]
-  return kernel;
 }
 
 }  // namespace noiseloom::settings

@@ -180,9 +180,8 @@ class Planner {
       fault(fmt::format("--frames, --values: a shader's frames run along one slice axis; the texture has {}",
                         texture.num_axes() - 2));
     }
-    constexpr std::int64_t most_side = 65536;
-    if (texture.width() > most_side || texture.height() > most_side) {
-      fault(fmt::format("--frames, --values: for textures of at most {} pixels a side", most_side));
+    if (std::max(texture.width(), texture.height()) > 65536) {
+      fault("--frames, --values: for textures of at most 65536 pixels a side");
     }
     plan_.reads = reads;
     std::vector<std::int64_t> sizes = {texture.width(), texture.height()};

@@ -63,6 +63,9 @@ double run_blocks(const ValueKernel& kernel, const BlockWeights* samples, std::s
       return sum_blocks<DistanceKind::circle, 1>(kernel, samples, rounds);
     case DistanceKind::angle:
       return sum_blocks<DistanceKind::angle, 3>(kernel, samples, rounds);
+    case DistanceKind::axis:
+      return kernel.channels == 4 ? sum_blocks<DistanceKind::axis, 4>(kernel, samples, rounds)
+                                  : sum_blocks<DistanceKind::axis, 3>(kernel, samples, rounds);
     case DistanceKind::euclidean:
       break;
   }

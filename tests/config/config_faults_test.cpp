@@ -185,31 +185,6 @@ TEST(ConfigFaults, NameKeysOfOtherKernelsAndMethods) {
   });
 }
 
-TEST(ConfigFaults, OfBoxesInsideAGroup) {
-  const auto with = [](const std::string& keys) {
-    return "{ axes = \"xy\", kernel = \"gauss-energy\", " + keys + " }";
-  };
-  const std::string group = "run.toml:8: filter.groups[0].";
-  expect_messages({
-      {&ConfigText::first, with("box = \"t\""), group + "box_size: missing; how many slices in a row act as one"},
-      {&ConfigText::first, with("box_size = 4"),
-       group + "box: missing; box_size says how many slices in a row act as one along it"},
-      {&ConfigText::first, with("box = \"t\", box_size = 4"), group + "box = \"t\": axis \"t\" is none of the group's"},
-      {&ConfigText::first, with("box = \"x\", box_size = 4"), group + "box = \"x\": axis \"x\" is no slice axis"},
-  });
-}
-
-TEST(ConfigFaults, OfImages) {
-  expect_messages({
-      {&ConfigText::samples, "samples = { image = \"sky.exr\" }",
-       "run.toml:3: texture.samples.image = \"sky.exr\": no such file"},
-      {&ConfigText::samples, "samples = \"image\"",
-       "run.toml:3: texture.samples.image: missing; must be the name of a file"},
-      {&ConfigText::samples, "samples = { space = \"uniform\", onto = \"sphere\" }",
-       "run.toml:3: texture.samples.onto = \"sphere\": applies only with space = \"image\"; here it is \"uniform\""},
-  });
-}
-
 TEST(ConfigFaults, NameAxesThatDoNotExistOrRepeat) {
   const std::string ema = ", kernel = \"ema\", alpha = 1 }";
   expect_messages({

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config_support.h"
@@ -151,6 +152,18 @@ TEST(ConfigEye, IsAFilterOverTimeWithTwoNumbers) {
   text.second = "{ axes = \"t\", kernel = \"box\", size = 2 }";
   EXPECT_THAT(faults_of(text.text()), ElementsAre(HasSubstr("filter.groups[0].axes = \"xy\": the kernel \"eye\" is a "
                                                             "filter over time")));
+}
+
+TEST(ConfigSamples, FaultsOfImages) {
+  const std::pair<std::string, std::string> cases[] = {
+      {"{ image = \"sky.exr\" }", "run.toml:3: texture.samples.image = \"sky.exr\": no such file"},
+      {"\"image\"", "run.toml:3: texture.samples.image: missing; must be the name of a file"},
+      {"{ space = \"uniform\", onto = \"sphere\" }",
+       "run.toml:3: texture.samples.onto = \"sphere\": applies only with space = \"image\"; here it is \"uniform\""},
+  };
+  for (const auto& [samples, message] : cases) {
+    EXPECT_THAT(faults_of(with_samples(samples)), ElementsAre(message)) << samples;
+  }
 }
 
 }  // namespace

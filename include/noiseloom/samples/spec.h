@@ -21,7 +21,7 @@ constexpr bool is_between_unit_vectors(DistanceKind kind) {
 // constructed as scalars are. none: in the order of the strata.
 enum class Curve { none, hilbert, morton };
 
-// What an image of a density covers (samples/image_density.h says which texel lies where).
+// What an image of a density covers (README, "Any density", says which pixel lies where).
 enum class ImageDomain { square, disk, sphere, hemisphere };
 
 // How the numbers of an image stand for light. unstated: as linear does, but whoever begins a run is told.
