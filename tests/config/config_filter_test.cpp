@@ -22,8 +22,7 @@ TEST(ConfigFilter, BoxesLieAlongSliceAxesOfTheirGroup) {
   const std::string group = "run.toml:8: filter.groups[0].";
   const std::pair<std::string, std::string> cases[] = {
       {with("box = \"t\""), group + "box_size: missing; how many slices in a row act as one"},
-      {with("box_size = 4"),
-       group + "box: missing; box_size says how many slices in a row act as one along it"},
+      {with("box_size = 4"), group + "box: missing; box_size says how many slices in a row act as one along it"},
       {with("box = \"t\", box_size = 4"), group + "box = \"t\": axis \"t\" is none of the group's"},
       {with("box = \"x\", box_size = 4"), group + "box = \"x\": axis \"x\" is no slice axis"},
   };
