@@ -14,6 +14,7 @@
 #include "accuracy/accuracy_score.h"
 #include "accuracy/child_process.h"
 #include "noiseloom/accuracy/accuracy_report.h"
+#include "noiseloom/files/generations.h"
 #include "noiseloom/files/output_files.h"
 #include "noiseloom/files/run_file.h"
 #include "noiseloom/files/run_lock.h"
@@ -54,6 +55,7 @@ class Study {
   std::string stored_config() const;
   void claim();
   void remove_partial_files() const;
+  void remove_broken_runs() const;
   void publish(const std::string& state, const std::vector<LeftOut>& left_out);
   std::vector<LeftOut> not_yet(const std::string& reason) const;
   const AccuracyRow* row_to_complete() const;
@@ -160,6 +162,7 @@ void Study::claim() {
   remove_partial_files();
   fs::create_directories(path("runs"), error);
   if (error) throw EnvironmentError(fmt::format("{}: cannot create the folder: {}", path("runs"), error.message()));
+  remove_broken_runs();
   OutputFiles output(posix_file_ops(), true);
   output.write(path("config.toml"), stored_config());
   output.write(path("accuracy.csv"), accuracy_csv(rows_));
@@ -185,6 +188,18 @@ std::vector<LeftOut> Study::not_yet(const std::string& reason) const {
 void Study::remove_run(const std::string& file) const {
   std::error_code ignored;  // what will not go is in nobody's way
   for (const char* const ending : {"", ".prev", ".lock"}) fs::remove(file + ending, ignored);
+  remove_stale_temporaries(posix_file_ops(), file);
+}
+
+// Left by a run that was killed together with the command: its lock says which.
+void Study::remove_broken_runs() const {
+  constexpr std::string_view lock = ".lock";
+  std::vector<std::string> broken;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path("runs"))) {
+    const std::string file = entry.path().string();
+    if (file.ends_with(lock)) broken.push_back(file.substr(0, file.size() - lock.size()));
+  }
+  for (const std::string& file : broken) remove_run(file);
 }
 
 // A point that lacks runs, because it was stopped among them or asked for with fewer seeds, and whose next is expected
@@ -214,6 +229,8 @@ void Study::add_run(const AccuracyPoint& point, const std::string& file, double 
   AccuracyRow& row = row_of(point);
   row.iterations = point.iterations > 0 || !has_iterations(point.method) ? point.iterations : scores.iterations;
   row.add({seconds, scores.relative_error, scores.r_8bit, scores.r_16bit});
+  // Before the row is there: a study that is killed between the two makes the run again, and leaves none behind.
+  if (!options_.keep) remove_run(file);
   publish("Still running", not_yet("has not run yet"));
   if (row.runs < options_.seeds) return;
   fmt::print("{:<52} {:>12}   R {}\n", describe_row(row), seconds_text(row.seconds), error_with_spread(row));
@@ -242,7 +259,6 @@ bool Study::run_point(const AccuracyPoint& point) {
                     "with --resume",
                     result.status, command.shown));
   add_run(point, command.output, result.seconds);
-  if (!options_.keep) remove_run(command.output);
   return true;
 }
 
