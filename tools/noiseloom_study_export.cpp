@@ -41,10 +41,10 @@ void run_importance(const ExportArguments& arguments) {
   std::vector<Fault> faults;
   for (const auto& [option, value] : {std::pair("--format", options.format), std::pair("--layout", options.layout),
                                       std::pair("--depth", options.depth), std::pair("--channels", options.channels),
-                                      std::pair("--naming", options.naming),
-                                      std::pair("--slices", options.slices), std::pair("--range", options.range),
-                                      std::pair("--threshold", options.threshold), std::pair("--pdf", options.density),
-                                      std::pair("--values", options.values), std::pair("--read", options.read)}) {
+                                      std::pair("--naming", options.naming), std::pair("--slices", options.slices),
+                                      std::pair("--range", options.range), std::pair("--threshold", options.threshold),
+                                      std::pair("--pdf", options.density), std::pair("--values", options.values),
+                                      std::pair("--read", options.read)}) {
     if (!value.empty()) {
       faults.push_back(
           {"command line", fmt::format("{} {}: does not go with --importance, which writes one PNG a frame "
@@ -78,16 +78,19 @@ void add_export(CLI::App& app) {
       ->required();
   command->add_option("--format", options.format,
                       container_names() + "; from the ending of the output if not given, else png");
-  command->add_option("--layout", options.layout,
-                      "slices: a file each; strip, row: all in one image, downward or to the right; atlas (or atlas:CxR, "
-                      "C columns):\nin rows; exr-multipart: parts of one EXR; array, volume: layers of one texture; "
-                      "function: the text that reads a\ntexture, without numbers. The first is the default.\n" +
-                          container_layouts());
-  command->add_option("--depth", options.depth,
-                      "Bits of a number; 16f for half, 32f for float. The first is the default.\n" + container_depths());
-  command->add_option("--channels", options.channels,
-                      "R, RG, RGB or RGBA: the channels of a pixel, where a container would take others: what the samples "
-                      "have not\nis 0, alpha is opaque, and a scalar stands in all of R, G and B");
+  command->add_option(
+      "--layout", options.layout,
+      "slices: a file each; strip, row: all in one image, downward or to the right; atlas (or atlas:CxR, "
+      "C columns):\nin rows; exr-multipart: parts of one EXR; array, volume: layers of one texture; "
+      "function: the text that reads a\ntexture, without numbers. The first is the default.\n" +
+          container_layouts());
+  command->add_option(
+      "--depth", options.depth,
+      "Bits of a number; 16f for half, 32f for float. The first is the default.\n" + container_depths());
+  command->add_option(
+      "--channels", options.channels,
+      "R, RG, RGB or RGBA: the channels of a pixel, where a container would take others: what the samples "
+      "have not\nis 0, alpha is opaque, and a scalar stands in all of R, G and B");
   command->add_option("--naming", options.naming,
                       "Names in a folder: plain (default); nvidia, ea: those of the published textures; or a pattern\n"
                       "with one place for the number: {slice}, {slice:03}, {}, %d, %03d, %i, ####");

@@ -85,8 +85,8 @@ std::uint16_t half_of(double value) {
   if (size >= past_the_largest) return with_sign(0x7C00);
   int exponent = 0;
   std::frexp(size, &exponent);  // size = 0.5 to 1 times 2^exponent
-  // Steps of the numbers of that size; below 2^-14 all have the same. Rounding up may reach the next power of two, whose
-  // bits follow on.
+  // Steps of the numbers of that size; below 2^-14 all have the same. Rounding up may reach the next power of two,
+  // whose bits follow on.
   const int step = std::max(exponent - 11, -24);
   const auto steps = static_cast<int>(std::nearbyint(std::ldexp(size, -step)));
   return with_sign(((step + 24) << 10) + steps);

@@ -1,5 +1,5 @@
-// Shader code in HLSL, GLSL and WGSL that gives the value of a pixel in a frame (texture_read.h): with the numbers as an
-// array, or as a function that reads them from a texture of layers.
+// Shader code in HLSL, GLSL and WGSL that gives the value of a pixel in a frame (texture_read.h): with the numbers as
+// an array, or as a function that reads them from a texture of layers.
 //
 // The three languages share their expressions but for the names of types. Numbers of 8 and 16 bits are packed into
 // unsigned integers of 32, the first in the lowest bits, as shader languages have no smaller ones.
@@ -17,16 +17,16 @@ namespace {
 
 struct Language {
   const char* name;
-  const char* constants;       // sizes
-  const char* numbers_begin;   // before the array
+  const char* constants;      // sizes
+  const char* numbers_begin;  // before the array
   const char* numbers_end;
-  const char* unit;            // of an array: the number at a place, 0 to 1 or the value itself
+  const char* unit;  // of an array: the number at a place, 0 to 1 or the value itself
   const char* load_array;
   const char* load_texture;
-  const char* place;           // the lines that find where a pixel of a frame is read
+  const char* place;  // the lines that find where a pixel of a frame is read
   const char* scalar;
-  const char* vector;          // {} stands for its size
-  std::size_t most_numbers;    // of an array; 0: any
+  const char* vector;        // {} stands for its size
+  std::size_t most_numbers;  // of an array; 0: any
 };
 
 // Where a pixel of a frame is read.
@@ -51,7 +51,8 @@ constexpr const char* place_wgsl = R"(    let size = vec2<u32>($NAME_width, $NAM
 
 constexpr Language hlsl = {
     "HLSL",
-    "static const uint $NAME_width = $Wu;\nstatic const uint $NAME_height = $Hu;\nstatic const uint $NAME_slices = $Zu;\n",
+    "static const uint $NAME_width = $Wu;\nstatic const uint $NAME_height = $Hu;\nstatic const uint $NAME_slices = "
+    "$Zu;\n",
     "static const $WORD $NAME_numbers[$N] = {\n",
     "};\n",
     "float $NAME_unit(uint place)\n{\n    return $UNIT;\n}\n",
@@ -117,12 +118,14 @@ class ShaderWriter : public ContainerWriter {
     const std::size_t bytes = job.slice.num_bytes() * static_cast<std::size_t>(job.num_slices);
     num_words_ = (bytes + 3) / 4;
     if (with_numbers_ && language_.most_numbers > 0 && num_words_ > language_.most_numbers)
-      throw UserError(target, fmt::format("{} numbers of 32 bits; {} has room for {}: export the numbers as ktx2 and the "
-                                          "function that reads them with --layout function",
-                                          num_words_, language_.name, language_.most_numbers));
+      throw UserError(target,
+                      fmt::format("{} numbers of 32 bits; {} has room for {}: export the numbers as ktx2 and the "
+                                  "function that reads them with --layout function",
+                                  num_words_, language_.name, language_.most_numbers));
     name_ = identifier_of(target);
     stream_ = files_.open(target);
-    stream_->append(comment_lines(job.description + (with_numbers_ ? "" : "\nRead from a texture with a layer a slice.")));
+    stream_->append(
+        comment_lines(job.description + (with_numbers_ ? "" : "\nRead from a texture with a layer a slice.")));
     stream_->append(fill(language_.constants));
     if (with_numbers_) stream_->append("\n" + fill(language_.numbers_begin));
     written_ = 0;
@@ -144,7 +147,8 @@ class ShaderWriter : public ContainerWriter {
       stream_->append(fill(language_.unit));
     }
     stream_->append(
-        "\n// The value of a pixel in a frame. `index` counts the samples of a pixel within a frame, from 0: each is read at\n"
+        "\n// The value of a pixel in a frame. `index` counts the samples of a pixel within a frame, from 0: each is "
+        "read at\n"
         "// an offset of the R2 sequence. When all slices have been used, the whole texture moves on.\n");
     stream_->append(fill(with_numbers_ ? language_.load_array : language_.load_texture));
     stream_->close();
@@ -176,9 +180,10 @@ class ShaderWriter : public ContainerWriter {
     if (is_float_) return "$NAME_numbers[place]";
     const std::string levels = float_text(std::exp2(bits_));
     const std::string to_float = std::string(language_.scalar) + "($BITS)";
-    const std::string word = bits_ == 32 ? "$NAME_numbers[place]"
-                                         : fmt::format("(($NAME_numbers[place / {0}u] >> ({1}u * (place % {0}u))) & {2}u)",
-                                                       32 / bits_, bits_, (1U << bits_) - 1);
+    const std::string word = bits_ == 32
+                                 ? "$NAME_numbers[place]"
+                                 : fmt::format("(($NAME_numbers[place / {0}u] >> ({1}u * (place % {0}u))) & {2}u)",
+                                               32 / bits_, bits_, (1U << bits_) - 1);
     return filled("(" + to_float + " + 0.5) / " + levels, {{"$BITS", word}});
   }
 
@@ -193,13 +198,15 @@ class ShaderWriter : public ContainerWriter {
     const std::string letters = std::string("rgba").substr(0, static_cast<std::size_t>(channels));
     if (is_float_) return "stored." + letters;
     // A sampler gives b / (2^n - 1).
-    return fmt::format("(stored.{} * {} + 0.5) / {}", letters, float_text(std::exp2(bits_) - 1), float_text(std::exp2(bits_)));
+    return fmt::format("(stored.{} * {} + 0.5) / {}", letters, float_text(std::exp2(bits_) - 1),
+                       float_text(std::exp2(bits_)));
   }
 
   std::string decoded_text() const {
     std::string text = stored_text();
     if (job_->range && *job_->range != ValueRange{})
-      text = fmt::format("({}) * {} + {}", text, float_text(job_->range->hi - job_->range->lo), float_text(job_->range->lo));
+      text = fmt::format("({}) * {} + {}", text, float_text(job_->range->hi - job_->range->lo),
+                         float_text(job_->range->lo));
     return job_->directions ? "normalize(" + text + ")" : text;
   }
 
@@ -209,7 +216,8 @@ class ShaderWriter : public ContainerWriter {
   }
 
   std::string fill(const std::string& text) const {
-    const std::string with_parts = filled(text, {{"$PLACE", language_.place}, {"$UNIT", unit_text()}, {"$DECODED", decoded_text()}});
+    const std::string with_parts =
+        filled(text, {{"$PLACE", language_.place}, {"$UNIT", unit_text()}, {"$DECODED", decoded_text()}});
     const bool is_wgsl = language_.most_numbers > 0;
     const std::string word = is_float_ ? language_.scalar : is_wgsl ? "u32" : "uint";
     return filled(with_parts, {{"$NAME", name_},
@@ -239,8 +247,14 @@ class ShaderWriter : public ContainerWriter {
 
 }  // namespace
 
-std::unique_ptr<ContainerWriter> make_hlsl_writer(OutputFiles& files) { return std::make_unique<ShaderWriter>(files, hlsl); }
-std::unique_ptr<ContainerWriter> make_glsl_writer(OutputFiles& files) { return std::make_unique<ShaderWriter>(files, glsl); }
-std::unique_ptr<ContainerWriter> make_wgsl_writer(OutputFiles& files) { return std::make_unique<ShaderWriter>(files, wgsl); }
+std::unique_ptr<ContainerWriter> make_hlsl_writer(OutputFiles& files) {
+  return std::make_unique<ShaderWriter>(files, hlsl);
+}
+std::unique_ptr<ContainerWriter> make_glsl_writer(OutputFiles& files) {
+  return std::make_unique<ShaderWriter>(files, glsl);
+}
+std::unique_ptr<ContainerWriter> make_wgsl_writer(OutputFiles& files) {
+  return std::make_unique<ShaderWriter>(files, wgsl);
+}
 
 }  // namespace noiseloom

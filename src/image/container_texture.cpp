@@ -140,9 +140,9 @@ struct OldPixelFormat {
   std::uint32_t flags, bits, red, green, blue, alpha;
 };
 constexpr OldPixelFormat old_pixel_formats[] = {
-    {0x20000, 8, 0xff, 0, 0, 0},                                // L8
-    {0x20001, 16, 0xff, 0, 0, 0xff00},                          // L8A8
-    {0x41, 32, 0xff, 0xff00, 0xff0000, 0xff000000},             // RGBA8
+    {0x20000, 8, 0xff, 0, 0, 0},                     // L8
+    {0x20001, 16, 0xff, 0, 0, 0xff00},               // L8A8
+    {0x41, 32, 0xff, 0xff00, 0xff0000, 0xff000000},  // RGBA8
 };
 
 class DdsWriter : public ContainerWriter {

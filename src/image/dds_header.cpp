@@ -37,8 +37,8 @@ struct NumberedFormat {
   TexelFormat format;
 };
 constexpr NumberedFormat numbered_formats[] = {
-    {36, {PixelType::uint16, "RGBA"}},   {111, {PixelType::float16, "R"}},  {112, {PixelType::float16, "RG"}},
-    {113, {PixelType::float16, "RGBA"}}, {114, {PixelType::float32, "R"}},  {115, {PixelType::float32, "RG"}},
+    {36, {PixelType::uint16, "RGBA"}},   {111, {PixelType::float16, "R"}}, {112, {PixelType::float16, "RG"}},
+    {113, {PixelType::float16, "RGBA"}}, {114, {PixelType::float32, "R"}}, {115, {PixelType::float32, "RG"}},
     {116, {PixelType::float32, "RGBA"}},
 };
 
@@ -58,8 +58,8 @@ void set_old_format(TextureHeader& header, std::span<const char> bytes) {
     for (const NumberedFormat& known : numbered_formats)
       if (known.number == code) set_format(header, known.format);
     if (header.order.empty())
-      header.unreadable = fmt::format("format {} is not read (DXT and BC are blocks, which are lossy: they change noise)",
-                                      code_name(code));
+      header.unreadable = fmt::format(
+          "format {} is not read (DXT and BC are blocks, which are lossy: they change noise)", code_name(code));
     return;
   }
   const std::uint32_t masks[] = {u32_at(bytes, 88), u32_at(bytes, 92), u32_at(bytes, 96), u32_at(bytes, 100),
@@ -72,8 +72,8 @@ void set_old_format(TextureHeader& header, std::span<const char> bytes) {
         (luminance || (known.green == masks[2] && known.blue == masks[3])) && header.order.empty())
       set_format(header, known.format);
   if (header.order.empty())
-    header.unreadable = fmt::format("{} bits a pixel with masks {:x}, {:x}, {:x}, {:x} are not read", masks[0], masks[1],
-                                    masks[2], masks[3], alpha);
+    header.unreadable = fmt::format("{} bits a pixel with masks {:x}, {:x}, {:x}, {:x} are not read", masks[0],
+                                    masks[1], masks[2], masks[3], alpha);
 }
 
 }  // namespace

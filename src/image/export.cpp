@@ -283,13 +283,12 @@ ExportResult export_run_file(const std::string& path, const ExportOptions& optio
   job.range = plan.range;
   job.samples = config.problem.samples.space;
   if (const int samples = reader.dataset("/samples"); samples >= 0 && !plan.num_points)
-    job.directions = is_between_unit_vectors(distance_kind(
-        config.problem.samples, content.datasets[static_cast<std::size_t>(samples)].channels));
+    job.directions = is_between_unit_vectors(
+        distance_kind(config.problem.samples, content.datasets[static_cast<std::size_t>(samples)].channels));
   job.config = content.config;
   job.unfinished = result.unfinished;
   job.num_points = plan.num_points;
-  SliceEncoder encoder(reader, plan, order ? &*order : nullptr,
-                       natural_range(config.problem.samples) == ValueRange{});
+  SliceEncoder encoder(reader, plan, order ? &*order : nullptr, natural_range(config.problem.samples) == ValueRange{});
   for (const ExportOutput& output : plan.outputs) {
     const std::size_t before = files.targets().size();
     write_output(files, plan, output, job, encoder);

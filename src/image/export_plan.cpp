@@ -87,8 +87,7 @@ void ExportPlanner::choose_container() {
 
 void ExportPlanner::choose_type() {
   if (container_->types.empty()) {
-    if (!options_.depth.empty())
-      fault(fmt::format("--depth {}: {} holds no pixels", options_.depth, container_->name));
+    if (!options_.depth.empty()) fault(fmt::format("--depth {}: {} holds no pixels", options_.depth, container_->name));
     return;
   }
   main_.type = container_->types.front();

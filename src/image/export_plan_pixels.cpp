@@ -52,7 +52,8 @@ void ExportPlanner::choose_pixel_size() {
     accepted.emplace_back(letters.substr(0, static_cast<std::size_t>(size)));
     if (accepted.back() != options_.channels) continue;
     main_.pixel = pixel_of_size(size, channels());
-    if (plan_.with_density) fault(fmt::format("--channels {}: --pdf alpha is RGBA already; leave one out", options_.channels));
+    if (plan_.with_density)
+      fault(fmt::format("--channels {}: --pdf alpha is RGBA already; leave one out", options_.channels));
     return;
   }
   fault(fmt::format("--channels {}: accepted for samples of {} in {}: {}", options_.channels,

@@ -22,8 +22,8 @@ void ExportPlanner::choose_naming() {
       fault(fmt::format("-o {}: {}", options_.output, why));
   if (output_.file.empty() || pattern_in_output_) return;
   if (naming_.scheme != NamingScheme::plain)
-    fault(fmt::format("--naming {} names the files itself: give a folder, not -o {}", options_.naming,
-                      options_.output));
+    fault(
+        fmt::format("--naming {} names the files itself: give a folder, not -o {}", options_.naming, options_.output));
 }
 
 std::string ExportPlanner::target(const std::string& file) const { return (output_.folder / file).string(); }
@@ -54,11 +54,11 @@ void ExportPlanner::name_main_output() {
   }
   if (one_file) {
     if (naming_.scheme == NamingScheme::pattern)
-      fault(fmt::format(
-          "{}: numbers slices, but {} with layout {} is one file; leave the number out, or choose another "
-          "--layout or --format",
-          pattern_in_output_ ? "-o " + options_.output : "--naming " + options_.naming, container_->name,
-          to_string(main_.layout)));
+      fault(
+          fmt::format("{}: numbers slices, but {} with layout {} is one file; leave the number out, or choose another "
+                      "--layout or --format",
+                      pattern_in_output_ ? "-o " + options_.output : "--naming " + options_.naming, container_->name,
+                      to_string(main_.layout)));
     main_.targets = {container_->content == ContainerContent::places ? target(table_stem() + ending)
                                                                      : target(stem + ending)};
     return;

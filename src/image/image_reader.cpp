@@ -28,10 +28,10 @@ constexpr const char* lossy = "lossy: it changes noise";
 constexpr const char* not_yet = "not read by this version; convert it to .png or .exr";
 
 constexpr std::array<Extension, 24> known_extensions = {{
-    {".png", ""},      {".exr", ""},      {".tif", ""},       {".tiff", ""},     {".tx", ""},       {".hdr", ""},
-    {".ktx2", ""},     {".dds", ""},      {".bmp", ""},      {".tga", ""},      {".pgm", ""},       {".ppm", ""},      {".pnm", ""},      {".jpg", lossy},
-    {".jpeg", lossy},  {".jxl", lossy},   {".avif", lossy},   {".heic", lossy},  {".webp", lossy},  {".gif", not_yet},
-    {".ktx", not_yet}, {".psd", not_yet}, {".jp2", not_yet}, {".pfm", not_yet},
+    {".png", ""},     {".exr", ""},      {".tif", ""},      {".tiff", ""},     {".tx", ""},       {".hdr", ""},
+    {".ktx2", ""},    {".dds", ""},      {".bmp", ""},      {".tga", ""},      {".pgm", ""},      {".ppm", ""},
+    {".pnm", ""},     {".jpg", lossy},   {".jpeg", lossy},  {".jxl", lossy},   {".avif", lossy},  {".heic", lossy},
+    {".webp", lossy}, {".gif", not_yet}, {".ktx", not_yet}, {".psd", not_yet}, {".jp2", not_yet}, {".pfm", not_yet},
 }};
 
 const Extension* known_extension(const std::string& extension) {

@@ -70,17 +70,18 @@ TextureHeader read_ktx2_header(std::ifstream& file) {
   }
   if (levels > 1) return refused(fmt::format("{} levels (mip maps); accepted: one", levels));
   if (faces != 1) return refused(fmt::format("{} faces (a cube map); accepted: one", faces));
-  if (depth > 1 && layers > 1) return refused(fmt::format("{} layers of volumes; accepted: layers or a volume", layers));
+  if (depth > 1 && layers > 1)
+    return refused(fmt::format("{} layers of volumes; accepted: layers or a volume", layers));
   header.num_slices = std::max({depth, layers, 1U});
   if (header.num_slices > most_slices_of_a_texture)
     return refused(fmt::format("{} slices; accepted: at most {}", header.num_slices, most_slices_of_a_texture));
-  const std::string orientation =
-      value_of_key(file, u32_at(bytes, 56), u32_at(bytes, 60), "KTXorientation");
+  const std::string orientation = value_of_key(file, u32_at(bytes, 56), u32_at(bytes, 60), "KTXorientation");
   if (orientation.size() > 1 && (orientation[0] != 'r' || orientation[1] != 'd'))
     return refused(fmt::format("orientation \"{}\"; accepted: \"rd\" (x to the right, rows downward)", orientation));
   constexpr std::uint64_t most_offset = std::uint64_t{1} << 40;
   if (level_offset < header_size || level_offset > most_offset ||
-      level_length != static_cast<std::uint64_t>(header.bytes_per_slice()) * static_cast<std::uint64_t>(header.num_slices))
+      level_length !=
+          static_cast<std::uint64_t>(header.bytes_per_slice()) * static_cast<std::uint64_t>(header.num_slices))
     return refused(fmt::format("{} bytes of pixels at {}, which do not fit its size of {} x {} x {}", level_length,
                                level_offset, width, height, header.num_slices));
   header.data_offset = static_cast<std::int64_t>(level_offset);

@@ -24,11 +24,16 @@ std::array<char, N> header_bytes(std::ifstream& file, std::int64_t offset) {
 template <class Number>
 Number little_endian(std::span<const char> bytes, std::size_t at) {
   Number number = 0;
-  for (std::size_t i = sizeof(Number); i-- > 0;) number = static_cast<Number>(number << 8 | static_cast<unsigned char>(bytes[at + i]));
+  for (std::size_t i = sizeof(Number); i-- > 0;)
+    number = static_cast<Number>(number << 8 | static_cast<unsigned char>(bytes[at + i]));
   return number;
 }
-inline std::uint32_t u32_at(std::span<const char> bytes, std::size_t at) { return little_endian<std::uint32_t>(bytes, at); }
-inline std::uint64_t u64_at(std::span<const char> bytes, std::size_t at) { return little_endian<std::uint64_t>(bytes, at); }
+inline std::uint32_t u32_at(std::span<const char> bytes, std::size_t at) {
+  return little_endian<std::uint32_t>(bytes, at);
+}
+inline std::uint64_t u64_at(std::span<const char> bytes, std::size_t at) {
+  return little_endian<std::uint64_t>(bytes, at);
+}
 
 inline void append_u32(std::string& bytes, std::uint64_t number) {
   for (int i = 0; i < 4; ++i) bytes += static_cast<char>(number >> (8 * i) & 255);

@@ -23,7 +23,8 @@ void set_format(TextureHeader& header, const TexelFormat& format) {
     header.shape.channel_names.emplace_back(name);
   }
   header.shape.channels = static_cast<int>(header.order.size());
-  if (header.shape.channels > 1 && header.shape.channel_names.back() == "A") header.shape.alpha = header.shape.channels - 1;
+  if (header.shape.channels > 1 && header.shape.channel_names.back() == "A")
+    header.shape.alpha = header.shape.channels - 1;
 }
 
 ImageClaim claim_of(const TextureHeader& header, const std::string& format) {

@@ -23,15 +23,15 @@ namespace noiseloom {
 
 // How the slices of a texture are spread over files.
 enum class ExportLayout {
-  slices,  // a file each
-  strip,   // one image, each slice under the one before it
-  row,     // one image, each slice to the right of the one before it
-  atlas,   // one image, slices in rows from left to right
-  parts,   // one file, an image of its own for each slice
-  array,   // one file, slice after slice
-  volume,  // one file, slice after slice, as a texture of three dimensions
+  slices,    // a file each
+  strip,     // one image, each slice under the one before it
+  row,       // one image, each slice to the right of the one before it
+  atlas,     // one image, slices in rows from left to right
+  parts,     // one file, an image of its own for each slice
+  array,     // one file, slice after slice
+  volume,    // one file, slice after slice, as a texture of three dimensions
   function,  // the text of a function that reads a texture, without its numbers
-  table,   // one file of rows that are no pixels
+  table,     // one file of rows that are no pixels
 };
 std::string to_string(ExportLayout layout);  // as --layout takes it
 
