@@ -31,7 +31,7 @@ value whose error your denoiser removes best.
   noiseloom plan CONFIG.toml [--ranks N]       memory, messages and time, before a long run
   noiseloom info RUN.h5                        what a run file holds and how far it got
 
-  noiseloom export RUN.h5 -o DIR               run file to images (PNG, EXR, TIFF, HDR, npy, raw)
+  noiseloom export RUN.h5 -o DIR               run file to images, textures (KTX2, DDS), arrays, headers, shaders
   noiseloom score FILE [--config C.toml]       relative error of a run file or of anybody's images
   noiseloom analyze FILE -o DIR                spectra and convergence as report.html
   noiseloom accuracy CONFIG.toml -o DIR        what accuracy costs: error against seconds, as report.html
