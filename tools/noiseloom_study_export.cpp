@@ -40,10 +40,11 @@ void run_importance(const ExportArguments& arguments) {
   const ExportOptions& options = arguments.options;
   std::vector<Fault> faults;
   for (const auto& [option, value] : {std::pair("--format", options.format), std::pair("--layout", options.layout),
-                                      std::pair("--depth", options.depth), std::pair("--naming", options.naming),
-                                      std::pair("--slices", options.slices), std::pair("--range", options.range),
-                                      std::pair("--threshold", options.threshold), std::pair("--pdf", options.density),
-                                      std::pair("--values", options.values), std::pair("--read", options.read)}) {
+                                      std::pair("--depth", options.depth), std::pair("--channels", options.channels),
+                                      std::pair("--naming", options.naming), std::pair("--slices", options.slices),
+                                      std::pair("--range", options.range), std::pair("--threshold", options.threshold),
+                                      std::pair("--pdf", options.density), std::pair("--values", options.values),
+                                      std::pair("--read", options.read)}) {
     if (!value.empty()) {
       faults.push_back(
           {"command line", fmt::format("{} {}: does not go with --importance, which writes one PNG a frame "
@@ -77,12 +78,19 @@ void add_export(CLI::App& app) {
       ->required();
   command->add_option("--format", options.format,
                       container_names() + "; from the ending of the output if not given, else png");
-  command->add_option("--layout", options.layout,
-                      "slices: a file each; strip: all in one image, downward; exr-multipart: parts of one EXR. The "
-                      "first is the default.\n" +
-                          container_layouts());
-  command->add_option("--depth", options.depth,
-                      "Bits of a number, 32f for float; the first is the default.\n" + container_depths());
+  command->add_option(
+      "--layout", options.layout,
+      "slices: a file each; strip, row: all in one image, downward or to the right; atlas (or atlas:CxR, "
+      "C columns):\nin rows; exr-multipart: parts of one EXR; array, volume: layers of one texture; "
+      "function: the text that reads a\ntexture, without numbers. The first is the default.\n" +
+          container_layouts());
+  command->add_option(
+      "--depth", options.depth,
+      "Bits of a number; 16f for half, 32f for float. The first is the default.\n" + container_depths());
+  command->add_option(
+      "--channels", options.channels,
+      "R, RG, RGB or RGBA: the channels of a pixel, where a container would take others: what the samples "
+      "have not\nis 0, alpha is opaque, and a scalar stands in all of R, G and B");
   command->add_option("--naming", options.naming,
                       "Names in a folder: plain (default); nvidia, ea: those of the published textures; or a pattern\n"
                       "with one place for the number: {slice}, {slice:03}, {}, %d, %03d, %i, ####");
@@ -116,7 +124,7 @@ void add_export(CLI::App& app) {
   command->footer(
       "Values are stored as b = floor(256 u) (16 bit: 65536) and read back as u = (b + 0.5) / 256; u is the value, "
       "for\n"
-      "directions and disks 0.5 + 0.5 of it. Two channels become red and green. exr, tiff 32f, npy and raw 32f hold "
+      "directions and disks 0.5 + 0.5 of it. Two channels become red and green. Depths 16f and 32f, and npy, hold "
       "the\n"
       "values themselves.\n\n"
       "  noiseloom export run.h5 -o textures/                              one PNG a slice\n"
@@ -125,6 +133,8 @@ void add_export(CLI::App& app) {
       "...\n"
       "  noiseloom export run.h5 -o noise.png --layout strip --depth 16    all slices, one under the other\n"
       "  noiseloom export run.h5 -o noise.exr --layout exr-multipart       floats, one part a slice\n"
+      "  noiseloom export run.h5 -o noise.ktx2 --channels RGBA             a texture of as many layers as slices\n"
+      "  noiseloom export run.h5 -o noise.hlsl --layout function           shader code that reads such a texture\n"
       "  noiseloom export mask.h5 -o points/ --threshold 0.1               the earliest tenth of the pixels, as "
       "points\n");
   command->callback([arguments] {

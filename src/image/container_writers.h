@@ -13,6 +13,12 @@ std::unique_ptr<ContainerWriter> make_tiff_writer(OutputFiles& files);
 std::unique_ptr<ContainerWriter> make_hdr_writer(OutputFiles& files);
 std::unique_ptr<ContainerWriter> make_npy_writer(OutputFiles& files);
 std::unique_ptr<ContainerWriter> make_raw_writer(OutputFiles& files);
+std::unique_ptr<ContainerWriter> make_ktx2_writer(OutputFiles& files);
+std::unique_ptr<ContainerWriter> make_dds_writer(OutputFiles& files);
+std::unique_ptr<ContainerWriter> make_header_writer(OutputFiles& files);
+std::unique_ptr<ContainerWriter> make_hlsl_writer(OutputFiles& files);
+std::unique_ptr<ContainerWriter> make_glsl_writer(OutputFiles& files);
+std::unique_ptr<ContainerWriter> make_wgsl_writer(OutputFiles& files);
 std::unique_ptr<ContainerWriter> make_csv_points_writer(OutputFiles& files);
 std::unique_ptr<ContainerWriter> make_npy_points_writer(OutputFiles& files);
 
