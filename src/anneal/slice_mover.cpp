@@ -12,14 +12,15 @@
 
 namespace noiseloom {
 
-PartnerDraw::PartnerDraw(std::int64_t num_samples, StepRange range, bool circular)
-    : num_samples_(num_samples),
-      circular_(circular),
-      lowest_step_(static_cast<float>(std::max(1.0, static_cast<double>(num_samples) / range.near))),
+PartnerDraw::PartnerDraw(std::int64_t num_samples, StepRange range, bool circular, int num_strata)
+    : num_strata_(num_strata),
+      run_(narrow<std::uint32_t>(num_samples / num_strata)),
+      circular_(circular && num_strata == 1),
+      lowest_step_(static_cast<float>(std::max(1.0, static_cast<double>(run_) / range.near))),
       log2_ratio_(static_cast<float>(
-          math::log(std::max(1.0, static_cast<double>(num_samples) / range.far / double{lowest_step_})) /
-          math::log(2))) {
+          math::log(std::max(1.0, static_cast<double>(run_) / range.far / double{lowest_step_})) / math::log(2))) {
   NOISELOOM_CHECK(range.far >= 2);  // partner() mirrors once
+  NOISELOOM_CHECK(num_samples % num_strata == 0);
 }
 
 struct AnnealMover::Batch {

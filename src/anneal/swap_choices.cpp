@@ -57,8 +57,8 @@ StepRange step_range(DistanceKind kind, int channels, double fraction) {
   return {between(start.near, end.near), std::max(2.0, between(start.far, end.far))};
 }
 
-PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile, double fraction) {
-  return {tile.width * tile.height, step_range(kind, channels, fraction), kind == DistanceKind::circle};
+PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile, double fraction, int num_strata) {
+  return {tile.width * tile.height, step_range(kind, channels, fraction), kind == DistanceKind::circle, num_strata};
 }
 
 std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint& footprint) {
@@ -68,8 +68,11 @@ std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint&
   return {all};
 }
 
-TileGrid tiles_for(Method method, const Footprint& footprint, const std::vector<std::vector<SliceIndex>>& classes) {
-  return method == Method::anneal ? TileGrid(footprint, std::ssize(classes.front())) : TileGrid(footprint);
+// Strata are runs of the ids of a whole slice.
+TileGrid tiles_for(const OptimizerSpec& optimizer, const Footprint& footprint,
+                   const std::vector<std::vector<SliceIndex>>& classes) {
+  return optimizer.method == Method::anneal && optimizer.strata == 1 ? TileGrid(footprint, std::ssize(classes.front()))
+                                                                     : TileGrid(footprint);
 }
 
 // To take a slice up costs about as much as half an iteration, with a background as much as two, and with a sieve as

@@ -24,7 +24,7 @@ SwapOptimizer::Impl::Impl(const ProblemSpec& p, const OptimizerSpec& o, const Sa
       kernel(make_value_kernel(p, s.channels(), s.distance())),
       layout(energy_footprint, s.channels()),
       classes(classes_for(o.method, energy_footprint)),
-      tiles(tiles_for(o.method, energy_footprint, classes)),
+      tiles(tiles_for(o, energy_footprint, classes)),
       members_are_coupled(o.method == Method::fast ||
                           (energy_footprint.couples_slices() && classes.front().size() > 1)),
       movers(o, energy_footprint, kernel, s, tiles.window(), t.num_threads()),

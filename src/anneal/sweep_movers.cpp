@@ -18,7 +18,7 @@ SweepMovers::SweepMovers(const OptimizerSpec& optimizer, const Footprint& energy
       many_features_(wants_many_features(energy, sieve_.has_value())),
       features_wanted_(num_features(optimizer, 0, many_features_)),
       features_(features_between_slices(optimizer, energy, kernel, source, features_wanted_)),
-      partners_(partners_for(source.distance(), source.channels(), tile, 0)) {
+      partners_(partners_for(source.distance(), source.channels(), tile, 0, optimizer.strata)) {
   make_movers();
 }
 
@@ -35,7 +35,7 @@ void SweepMovers::make_movers() {
 }
 
 void SweepMovers::prepare(double steps_at, double features_at) {
-  partners_ = partners_for(source_.distance(), source_.channels(), tile_, steps_at);
+  partners_ = partners_for(source_.distance(), source_.channels(), tile_, steps_at, optimizer_.strata);
   const int wanted = num_features(optimizer_, features_at, many_features_);
   if (!features_ || wanted == features_wanted_) return;
   features_wanted_ = wanted;

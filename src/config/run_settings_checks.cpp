@@ -193,12 +193,53 @@ void check_auto(Reader& reader, const Value& root, RunConfig& config) {
   }
 }
 
+// Nets and orders have strata of their own, and who names the start has placed every sample.
+void check_time_strata(Reader& reader, const Value& root, RunConfig& config) {
+  ProblemSpec& problem = config.problem;
+  const Value* value = find_at(root, "texture.stratify");
+  const Value* sizes = find_at(root, "texture.size");
+  if (value == nullptr || problem.stratify != Stratify::slice_and_time) return;
+  constexpr const char* shown = "texture.stratify";
+  const bool anneals = config.optimizer.method == Method::automatic || config.optimizer.method == Method::anneal;
+  if (!anneals) reader.fault(*value, shown, "slice+time is for method = \"auto\" and \"anneal\"");
+  if (space_traits(problem.samples).is_net) {
+    reader.fault(*value, shown, fmt::format("slice+time does not go with the nets of {}", problem.samples.space));
+  }
+  if (!config.start.file.empty()) {
+    reader.fault(*value, shown, "slice+time makes its own start; leave optimizer.start out");
+  }
+  if (sizes == nullptr || sizes->table() == nullptr) return;
+  const Extents& extents = problem.extents;
+  const int axis = extents.axis("t");
+  if (axis < 2) return reader.fault(*value, shown, "slice+time needs a slice axis named t");
+  const std::int64_t cells = extents.cells_per_slice();
+  const std::int64_t length = extents.size(axis);
+  if (fits_time_strata(extents, axis)) {
+    config.optimizer.strata = narrow<int>(length);
+    return;
+  }
+  const auto nearest = [&](std::int64_t step) {
+    std::int64_t near = length;
+    while (cells % near != 0) near += step;
+    return near;
+  };
+  const std::int64_t below = nearest(-1);
+  reader.fault(*value, shown,
+               length > cells ? fmt::format("with slice+time t must divide the {} pixels of a slice, but is {}; the "
+                                            "longest that does is {}",
+                                            cells, length, cells)
+                              : fmt::format("with slice+time t must divide the {} pixels of a slice, but is {}; the "
+                                            "nearest that do are {} and {}",
+                                            cells, length, below, nearest(1)));
+}
+
 }  // namespace
 
 void check_method(Reader& reader, const Value& root, const Owners& owners) {
   RunConfig& config = owners.get<RunConfig>();
   check_curve(reader, root, config.problem.samples);
   check_sizes_of_nets(reader, root, config);
+  check_time_strata(reader, root, config);
   const bool may_construct =
       config.optimizer.method == Method::construct || config.optimizer.method == Method::automatic;
   if (may_construct && find_at(root, "optimizer.stop") == nullptr) config.optimizer.stop = StopSpec::none();

@@ -30,6 +30,13 @@ constexpr Word curve_table[] = {
     {"morton", "the bits of the numbers by turns", "z-order z morton-curve lebesgue"},
 };
 
+// In the order of Stratify.
+constexpr Word stratify_table[] = {
+    {"slice", "one sample in each stratum of a slice", "space spatial"},
+    {"slice+time", "and every pixel visits each of T strata once in the T slices along t, in an order of its own",
+     "time temporal slice-time"},
+};
+
 constexpr Word precision_table[] = {
     {"float", "32 bits", "single fp32 float32"},
     {"double", "64 bits", "dual fp64 float64"},
@@ -62,6 +69,13 @@ std::vector<Setting> rows() {
        .sentence = "Another seed gives another texture of the same quality; the same seed gives the same bytes.",
        .field = [](RunConfig& c) -> Field { return &c.problem.seed; },
        .range = at_least(0)},
+      {.key = "texture.stratify",
+       .type = Type::word,
+       .sentence =
+           "What the strata of the samples are spread over. With slice+time the length of the axis t divides the "
+           "pixels of a slice; samples are annealed within what was constructed for it.",
+       .field = [](RunConfig& c) -> Field { return &c.problem.stratify; },
+       .words = stratify_table},
 
       {.key = "energy", .type = Type::table, .sentence = "How samples are compared."},
       {.key = "energy.value_kernel",

@@ -47,6 +47,26 @@ void PlaneField::act(const SliceStamp& stamp, bool on, std::span<const std::uint
   }
 }
 
+// Its value rises, so that bounds hold; but it may have been the one to be picked.
+void PlaneField::close(std::uint32_t cell) {
+  retire(cell);
+  Bounds& bounds = bounds_[index(VacView::voids)];
+  if (bounds.watched && !bounds.stale) bounds.winners[cell / leaf_words].epoch = 0;
+}
+
+void PlaneField::reopen(std::uint32_t cell) {
+  retire(cell);
+  look_again(cell);
+}
+
+void PlaneField::open_all() {
+  const std::uint32_t closed = retired_bit_;
+  for (std::uint32_t cell = 0; cell < cells_; ++cell) {
+    if ((words_[cell] & on_bits_) == closed) words_[cell] ^= closed;
+  }
+  for (Bounds& bounds : bounds_) bounds.stale = true;
+}
+
 void PlaneField::turn_on(std::uint32_t cell) {
   words_[cell] ^= on_bits_;
   plane_simd::add_stamps(shape_of(kernel_.extents()), kernel_.stamps()[0], kernel_.weights().data(), words_.get(), true,

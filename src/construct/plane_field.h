@@ -43,6 +43,12 @@ class PlaneField {
   void turn_off(std::uint32_t cell);
   // A pixel that is turned on (off) right after it.
   void retire(std::uint32_t cell) { words_[cell] ^= retired_bit_; }
+  // A pixel that is off is not picked while it is closed. It may be opened to be turned on right after it, or to be
+  // picked again.
+  void close(std::uint32_t cell);
+  void open(std::uint32_t cell) { retire(cell); }
+  void reopen(std::uint32_t cell);
+  void open_all();
   bool is_on(std::uint32_t cell) const { return (words_[cell] & vac_flag) != 0; }
   std::uint32_t word(std::uint32_t cell) const { return words_[cell]; }
 

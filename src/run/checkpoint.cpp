@@ -293,6 +293,16 @@ void restore_run(const RunFileReader* file, const RunConfig& config, SwapOptimiz
     take_ids(permutation_name, slice, block.first(id_bytes), permutations[slice]);
     if (!engine.distribution().owns(slice)) return;
     if (state.is_given != 0) take_ids(given_name, slice, block.subspan(id_bytes, id_bytes), given[slice]);
+    if (config.optimizer.strata > 1 && !faults.any()) {
+      const std::vector<std::uint32_t>& begun = given[slice];
+      const std::vector<std::uint32_t>& now = permutations[slice];
+      const auto of_stratum =
+          static_cast<std::uint32_t>(begun.size()) / static_cast<std::uint32_t>(config.optimizer.strata);
+      const bool kept = std::equal(begun.begin(), begun.end(), now.begin(), now.end(),
+                                   [&](std::uint32_t a, std::uint32_t b) { return a / of_stratum == b / of_stratum; });
+      faults.require(kept, fmt::format("{}, slice {}: has left the strata over time that the run began with",
+                                       permutation_name, slice));
+    }
     stored[slice].assign(block.begin() + static_cast<std::ptrdiff_t>(of_ids), block.end());
   };
   communicator.stream_from_root(wanted, produce, consume);

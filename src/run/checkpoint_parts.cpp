@@ -46,6 +46,10 @@ std::string described(const SliceDataset& dataset) {
 
 }  // namespace
 
+bool begins_with_arrangement(const RunConfig& config) {
+  return config.optimizer.method == Method::construct || config.optimizer.strata > 1 || !config.start.file.empty();
+}
+
 std::int64_t algorithm_of(Method method) {
   switch (method) {
     case Method::anneal:

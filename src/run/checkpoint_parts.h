@@ -34,6 +34,8 @@ inline const char* const pdf_name = "/pdf";
 // Of a run whose samples are placed: by swaps, or by construction.
 std::vector<SliceDataset> datasets_for(int channels, bool has_pdf, bool has_given = false);
 
+// Whether swaps begin with what was constructed or what a file holds, which the run file keeps; else at random.
+bool begins_with_arrangement(const RunConfig& config);
 // The number of the algorithm that this program has for a method (anneal/swap_optimizer.h,
 // construct/void_and_cluster.h).
 std::int64_t algorithm_of(Method method);

@@ -7,9 +7,11 @@
 #include <span>
 #include <stdexcept>
 
+#include "noiseloom/construct/time_strata.h"
 #include "noiseloom/core/quantity_text.h"
 #include "noiseloom/files/digest.h"
 #include "noiseloom/run/checkpoint.h"
+#include "run/checkpoint_parts.h"
 #include "run/joining.h"
 #include "run/memory_words.h"
 #include "run/start_file.h"
@@ -42,14 +44,29 @@ void SwapJob::prepare(const Communicator& communicator, ThreadPool& pool) {
   });
 }
 
-bool SwapJob::begins_with_arrangement() const {
-  return config_.optimizer.method == Method::construct || !config_.start.file.empty();
-}
-
 void SwapJob::start(double run_s) {
+  if (spec_.strata > 1) return start_from_time_strata(run_s);
   if (config_.start.file.empty()) return optimizer_->start();
   StartFile start(config_.start.file, config_.problem.extents, source_, optimizer_->slices_held(), *communicator_);
   start_from([&](SliceIndex slice) { return start.take_permutation(slice); }, run_s);
+}
+
+// Scalars are all but done; of other samples their places along a curve are but a start.
+void SwapJob::start_from_time_strata(double run_s) {
+  const auto begun = std::chrono::steady_clock::now();
+  const auto now_s = [&] {
+    return run_s + std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  };
+  const ProblemSpec& problem = config_.problem;
+  std::vector<std::vector<std::uint32_t>> places;
+  communicator_->together([&] {
+    naming_shortage("constructing strata over time", [&] {
+      places = time_strata(problem.extents, problem.filter, problem.extents.axis("t"), 0, problem.seed);
+    });
+  });
+  optimizer_->start_from([&](SliceIndex slice) { return places[static_cast<std::size_t>(slice)]; }, now_s());
+  const bool is_scalar = scale_of(problem.samples, source_.channels()) == SampleScale::line;
+  if (is_scalar && !optimizer_->finished()) optimizer_->join_cold(now_s());
 }
 
 void SwapJob::start_from(const PermutationOf& permutation, double run_s) {
@@ -85,10 +102,11 @@ std::string SwapJob::save(const SaveTarget& target) {
 
 bool SwapJob::refreshes_quickly() const { return optimizer_->scores_within(quick_score_s); }
 
-std::vector<SliceDataset> SwapJob::datasets() const { return run_datasets(source_, begins_with_arrangement()); }
+std::vector<SliceDataset> SwapJob::datasets() const { return run_datasets(source_, begins_with_arrangement(config_)); }
 
 std::string SwapJob::start_words() const {
-  return begins_with_arrangement()
+  if (spec_.strata > 1) return "constructing strata over time, then the score of that";
+  return begins_with_arrangement(config_)
              ? "taking up the arrangement, its score, and trials of how hot annealing may begin"
              : "placing the samples, then two scores: the mean distance of all samples, and R of the start";
 }
@@ -133,7 +151,7 @@ std::string SwapJob::given_words() const {
   communicator_->sum(sums);
   if (sums[0] != sums[1]) throw std::logic_error("annealing changed the samples of a slice");
   const std::string digest = to_hex(static_cast<std::uint64_t>(sums[1]));
-  const char* const origin = config_.optimizer.method == Method::construct ? "the construction" : "the file";
+  const char* const origin = config_.start.file.empty() ? "the construction" : "the file";
   const std::string done =
       optimizer_->sweep() == 0   ? fmt::format("that of {}; annealing did not begin", origin)
       : optimizer_->kept_given() ? fmt::format("that of {}, which annealing did not improve", origin)

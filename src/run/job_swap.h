@@ -37,7 +37,7 @@ class SwapJob : public Job {
  private:
   std::string score_text() const;
   std::string given_words() const;
-  bool begins_with_arrangement() const;
+  void start_from_time_strata(double run_s);
   void join(const std::function<double()>& now_s);
 
   const RunConfig& config_;

@@ -39,6 +39,7 @@ RunPlan plan_run(const RunConfig& config, const PlanRequest& request) {
       return config.optimizer.stop.is_none() ? plan_construct(config, request)
                                              : plan_construct_and_anneal(config, request);
     default: {
+      if (config.optimizer.strata > 1) return plan_strata(config, request);
       if (config.start.file.empty()) return plan_swaps(config, request, Start::random);
       RunPlan plan = plan_swaps(config, request, Start::given);
       add_trials(config, plan);

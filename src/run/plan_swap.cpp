@@ -116,7 +116,7 @@ SwapPlan::SwapPlan(const RunConfig& config, const PlanRequest& request, Start st
       scored_(outline_of(extents_, config.problem.filter, 0)),
       judged_(optimizer_.cutoff > 0 ? outline_of(extents_, config.problem.filter, optimizer_.cutoff) : scored_),
       classes_(classes_for(optimizer_.method, judged_.slices)),
-      tiles_(tiles_for(optimizer_.method, judged_.plane, classes_)),
+      tiles_(tiles_for(optimizer_, judged_.plane, classes_)),
       partition_(extents_.num_slices(), request.ranks),
       speed_(measure_speed(config, judged_, tiles_.window(), samples_.channels, samples_.distance)),
       plan_(plan_basis(config, request)),

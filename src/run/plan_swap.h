@@ -16,6 +16,8 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request);        
 RunPlan plan_construct(const RunConfig& config, const PlanRequest& request);           // without a stop rule
 // Adds the trials of how hot annealing may begin (src/run/joining.h), which every rank makes for itself.
 void add_trials(const RunConfig& config, RunPlan& plan);
+// Strata over time are constructed first, by every rank for itself.
+RunPlan plan_strata(const RunConfig& config, const PlanRequest& request);
 RunPlan plan_construct_and_anneal(const RunConfig& config, const PlanRequest& request);
 
 // What needs no more than the config.

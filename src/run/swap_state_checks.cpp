@@ -66,7 +66,7 @@ void check_given(const SwapState& state, const RunConfig& config, ContentFaults&
   const auto require = [&](bool sound, const char* name, const auto& value, const char* must) {
     faults.require(sound, fmt::format("/state/@{} = {}: {}", name, value, must));
   };
-  const bool wanted = config.optimizer.method == Method::construct || !config.start.file.empty();
+  const bool wanted = begins_with_arrangement(config);
   require(state.is_given == (wanted ? 1 : 0), "is_given", state.is_given,
           wanted ? "must be 1, as its config has the run begin with an arrangement"
                  : "must be 0, as its config has the run begin at random");

@@ -15,6 +15,7 @@
 
 #include "noiseloom/construct/sharpness.h"
 #include "noiseloom/construct/slice_construction.h"
+#include "noiseloom/construct/time_strata.h"
 #include "noiseloom/problem/footprint.h"
 #include "noiseloom/problem/score.h"
 
@@ -44,7 +45,8 @@ GroupSpec group_of(const std::string& text, const Extents& extents) {
   return group;
 }
 
-double score(const SliceConstruction& run, const Extents& extents, const FilterSpec& filter, DistanceKind distance,
+template <class Run>
+double score(const Run& run, const Extents& extents, const FilterSpec& filter, DistanceKind distance,
              ThreadPool& pool) {
   const auto n = static_cast<double>(extents.cells_per_slice());
   const auto value = [n](std::uint32_t place) {
@@ -81,6 +83,7 @@ int main(int argc, char** argv) {
   ConstructSpec spec;
   std::uint64_t seed = 1;
   int threads = 1;
+  int strata_axis = 0;
   SampleScale scale = SampleScale::line;
   for (int i = 3; i < argc; ++i) {
     const std::string word = argv[i];
@@ -92,6 +95,8 @@ int main(int argc, char** argv) {
       spec.density = std::stod(argv[++i]);
     } else if (word == "--threads") {
       threads = std::stoi(argv[++i]);
+    } else if (word == "--time-strata") {
+      strata_axis = extents.axis(argv[++i]);
     } else if (word == "--seed") {
       seed = std::stoull(argv[++i]);
     } else {
@@ -110,6 +115,17 @@ int main(int argc, char** argv) {
     }
   }
   ThreadPool pool(threads);
+  if (strata_axis != 0) {
+    struct Made {
+      std::vector<std::vector<std::uint32_t>> all;
+      const std::vector<std::uint32_t>& places(SliceIndex slice) const { return all[static_cast<std::size_t>(slice)]; }
+    };
+    const double before_s = cpu_s();
+    const Made made{time_strata(extents, filter, strata_axis, spec.sharpness, seed)};
+    std::printf("%s: %.3f s; R %.5f\n", argv[1], cpu_s() - before_s,
+                score(made, extents, filter, DistanceKind::absolute, pool));
+    return 0;
+  }
   SliceConstruction run(Footprint(extents, filter), filter, scale, spec, seed, world, pool);
   run.start();
   const double started_s = cpu_s();

@@ -45,24 +45,27 @@ struct StepRange {
 // are reflected, or, on a circle, go on at the other end.
 class PartnerDraw {
  public:
-  PartnerDraw(std::int64_t num_samples, StepRange range, bool circular);
+  // num_strata: ids fall into so many equal runs, and partners are drawn from that of the sample, which does not go
+  // on at its other end.
+  PartnerDraw(std::int64_t num_samples, StepRange range, bool circular, int num_strata = 1);
 
-  std::int64_t num_samples() const { return num_samples_; }
   float lowest_step() const { return lowest_step_; }
   float log2_ratio() const { return log2_ratio_; }  // of the largest step to the lowest
-  // The id that is `step` away from `id`, |step| <= num_samples / 2 + 1.
+  // The id that is `step` away from `id`, |step| <= length of a run / 2 + 1.
   std::uint32_t partner(std::uint32_t id, std::int32_t step) const {
-    const std::int64_t other = std::int64_t{id} + step;
-    const std::int64_t last = num_samples_ - 1;
+    const std::uint32_t first = num_strata_ == 1 ? 0 : id / run_ * run_;
+    const std::int64_t other = std::int64_t{id - first} + step;
+    const std::int64_t last = std::int64_t{run_} - 1;
     if (circular_) {
-      return static_cast<std::uint32_t>(other < 0 ? other + num_samples_ : other > last ? other - num_samples_ : other);
+      return static_cast<std::uint32_t>(other < 0 ? other + run_ : other > last ? other - run_ : other);
     }
     const std::int64_t above = other < 0 ? -other : other;
-    return static_cast<std::uint32_t>(above > last ? std::max<std::int64_t>(0, 2 * last - above) : above);
+    return first + static_cast<std::uint32_t>(above > last ? std::max<std::int64_t>(0, 2 * last - above) : above);
   }
 
  private:
-  std::int64_t num_samples_;
+  int num_strata_;
+  std::uint32_t run_;  // ids of a stratum
   bool circular_;
   float lowest_step_;
   float log2_ratio_;

@@ -31,6 +31,7 @@ struct OptimizerSpec {
   int sieve_features = 16;       // anneal: features that a candidate is estimated with before it is judged; 0: none
   double temperature_start = 0;  // anneal: in units of the problem's mean |dE|; 0 = found from the problem
   double temperature_end = 0;
+  int strata = 1;             // anneal: ids of a slice fall into so many equal runs, and swaps stay within one
   double fraction = 0.125;    // fast: first value of gamma
   bool grow_fraction = true;  // fast: double gamma when few swaps are accepted (the paper's rule)
 };

@@ -40,11 +40,12 @@ std::int64_t cold_visit_length(const OptimizerSpec& optimizer, std::int64_t num_
 // Step size and temperature belong together: where a round is `fraction` through. Partners draw nearer as it cools.
 StepRange step_range(DistanceKind kind, int channels, double fraction);
 // Partners for as many samples as a tile has.
-PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile, double fraction);
+PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile, double fraction, int num_strata = 1);
 
 // The slices that move together: colour classes (anneal), or all of them (fast).
 std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint& footprint);
-TileGrid tiles_for(Method method, const Footprint& footprint, const std::vector<std::vector<SliceIndex>>& classes);
+TileGrid tiles_for(const OptimizerSpec& optimizer, const Footprint& footprint,
+                   const std::vector<std::vector<SliceIndex>>& classes);
 
 // Whether slices act on each other through features, from what is known of the footprint.
 bool wants_features(const OptimizerSpec& optimizer, bool has_factors, std::int64_t num_taps, std::int64_t own_taps);

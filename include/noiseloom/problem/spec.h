@@ -55,9 +55,19 @@ struct ValueKernelSpec {
   double sigma_s = 1.0;  // stbn only
 };
 
+// What the strata of the samples are spread over: the pixels of every slice, one in each; or also over the axis t, of
+// length T, so that every pixel visits each of T strata once in T slices [STBN22s, section 4.3].
+enum class Stratify { slice, slice_and_time };
+
+// Whether the length T of a slice axis divides the pixels of a slice, so that strata can be spread over it too.
+inline bool fits_time_strata(const Extents& extents, int axis) {
+  return extents.cells_per_slice() % extents.size(axis) == 0;
+}
+
 struct ProblemSpec {
   Extents extents;
   SampleSpec samples;
+  Stratify stratify = Stratify::slice;
   std::uint64_t seed = 1;
   FilterSpec filter;
   ValueKernelSpec value_kernel;
