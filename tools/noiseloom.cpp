@@ -31,24 +31,26 @@ value whose error your denoiser removes best.
   noiseloom plan CONFIG.toml [--ranks N]       memory, messages and time, before a long run
   noiseloom info RUN.h5                        what a run file holds and how far it got
 
-  noiseloom export RUN.h5 -o DIR               run file to images (PNG, EXR, TIFF, HDR, npy, raw)
+  noiseloom export RUN.h5 -o DIR               run file to images, textures (KTX2, DDS), arrays, headers, shaders
   noiseloom score FILE [--config C.toml]       relative error of a run file or of anybody's images
   noiseloom analyze FILE -o DIR                spectra and convergence as report.html
   noiseloom accuracy CONFIG.toml -o DIR        what accuracy costs: error against seconds, as report.html
+  noiseloom render SCENE.toml -o DIR           what noises are worth in a scene: errors after your filters
 
   noiseloom COMMAND --help                     the options of a command
   noiseloom --help-config                      every setting of a config
+  noiseloom render --help-scene                every setting of a scene
   noiseloom --version
 
 A first texture:
   noiseloom generate configs/quick.toml -o quick.h5 && noiseloom export quick.h5 -o quick
 
-Exit status: 0 done; 1 the environment failed (disk, MPI); 2 the input is wrong (nothing was started); 75 stopped early
-with everything saved: run the same command again with --resume.
+Exit status: 0 done; 1 the environment failed (disk, MPI); 2 the input is wrong (nothing was started); 3 what a
+scene expects did not come out; 75 stopped early with everything saved: run the same command again with --resume.
 )";
 
 const std::vector<std::string>& study_commands() {
-  static const std::vector<std::string> commands = {"export", "score", "analyze", "accuracy"};
+  static const std::vector<std::string> commands = {"export", "score", "analyze", "accuracy", "render"};
   return commands;
 }
 

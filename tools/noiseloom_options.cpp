@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -49,7 +50,10 @@ std::optional<int> read_options(CLI::App& app, int argc, char** argv, bool print
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {
-      if (prints) app.exit(error);
+      // Through the C library, which tells why a write fails; a stream would forget.
+      std::ostringstream text;
+      app.exit(error, text, text);
+      if (prints) fmt::print("{}", text.str());
       return 0;
     }
     std::vector<Fault> faults = unexpected_words(app);

@@ -1,9 +1,14 @@
-// The program behind `noiseloom export`, `score`, `analyze` and `accuracy`: what needs image libraries and no MPI.
+// The program behind `noiseloom export`, `score`, `analyze`, `accuracy` and `render`: what needs image libraries and no
+// MPI.
 #include "noiseloom_study.h"
 
 #include <fmt/format.h>
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
+#include <climits>
 #include <csignal>
 #include <cstdio>
 #include <ctime>
@@ -47,6 +52,7 @@ int run(int argc, char** argv) {
   add_pixels(app);
   int status = exit_done;
   add_accuracy(app, status);
+  add_render(app, status);
   try {
     read_options(app, argc, argv);
     flush_standard_output();
@@ -65,6 +71,14 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
+
+std::string program_beside() {
+  std::array<char, PATH_MAX> self{};
+  const ssize_t length = readlink("/proc/self/exe", self.data(), self.size() - 1);
+  if (length <= 0) return "noiseloom";
+  const std::filesystem::path beside = std::filesystem::path(self.data()).parent_path() / "noiseloom";
+  return std::filesystem::exists(beside) ? beside.string() : "noiseloom";
+}
 
 void refuse_unfit_folder(const std::string& folder) {
   if (folder.empty()) throw UserError("command line", "-o: the name of the folder is empty");

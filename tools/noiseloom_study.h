@@ -19,6 +19,11 @@ void add_pixels(CLI::App& app);
 // `status` becomes the exit status when the command has run.
 void add_accuracy(CLI::App& app, int& status);
 
+void add_render(CLI::App& app, int& status);
+
+// noiseloom beside this program, else the one in PATH.
+std::string program_beside();
+
 // What score and analyze both take: textures of any kind, and what their values mean.
 struct TextureArguments {
   std::vector<std::string> files;

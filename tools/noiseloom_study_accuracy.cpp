@@ -1,12 +1,8 @@
 // accuracy: what accuracy costs for one config, run by run.
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <array>
 #include <charconv>
-#include <climits>
-#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -35,15 +31,6 @@ void read_count(const std::string& option, const std::string& text, int most, in
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
   if (error != std::errc() || end != text.data() + text.size() || count < 1 || count > most)
     faults.push_back({"command line", fmt::format("{} {}: must be from 1 to {}", option, text, most)});
-}
-
-// noiseloom beside this program, else the one in PATH.
-std::string program_beside() {
-  std::array<char, PATH_MAX> self{};
-  const ssize_t length = readlink("/proc/self/exe", self.data(), self.size() - 1);
-  if (length <= 0) return "noiseloom";
-  const std::filesystem::path beside = std::filesystem::path(self.data()).parent_path() / "noiseloom";
-  return std::filesystem::exists(beside) ? beside.string() : "noiseloom";
 }
 
 int run_accuracy_command(AccuracyArguments& arguments) {

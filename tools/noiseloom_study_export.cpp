@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "noiseloom/core/console.h"
+#include "noiseloom/image/consumers.h"
 #include "noiseloom/image/export.h"
 #include "noiseloom/image/export_importance.h"
 #include "noiseloom_study.h"
@@ -40,7 +41,8 @@ void run_importance(const ExportArguments& arguments) {
   const ExportOptions& options = arguments.options;
   std::vector<Fault> faults;
   for (const auto& [option, value] : {std::pair("--format", options.format), std::pair("--layout", options.layout),
-                                      std::pair("--depth", options.depth), std::pair("--naming", options.naming),
+                                      std::pair("--depth", options.depth), std::pair("--for", options.consumer),
+                                      std::pair("--channels", options.channels), std::pair("--naming", options.naming),
                                       std::pair("--slices", options.slices), std::pair("--range", options.range),
                                       std::pair("--threshold", options.threshold), std::pair("--pdf", options.density),
                                       std::pair("--values", options.values), std::pair("--read", options.read)}) {
@@ -71,18 +73,26 @@ void add_export(CLI::App& app) {
   const auto arguments = std::make_shared<ExportArguments>();
   ExportOptions& options = arguments->options;
   command->add_option("RUN.h5", arguments->file, "Run file");
-  command
-      ->add_option("-o,--output", options.output,
-                   "A file, a folder (made if missing), or a pattern such as out/noise_{slice:03}.png")
-      ->required();
+  command->add_option("-o,--output", options.output,
+                      "A file, a folder (made if missing), or a pattern such as out/noise_{slice:03}.png");
+  command->add_option("--for", options.consumer,
+                      "A program that is to read the files, such as unreal, godot or bevy: it decides format, layout, "
+                      "channels and\nnames. --for help lists them");
   command->add_option("--format", options.format,
                       container_names() + "; from the ending of the output if not given, else png");
-  command->add_option("--layout", options.layout,
-                      "slices: a file each; strip: all in one image, downward; exr-multipart: parts of one EXR. The "
-                      "first is the default.\n" +
-                          container_layouts());
-  command->add_option("--depth", options.depth,
-                      "Bits of a number, 32f for float; the first is the default.\n" + container_depths());
+  command->add_option(
+      "--layout", options.layout,
+      "slices: a file each; strip, row: all in one image, downward or to the right; atlas (or atlas:CxR, "
+      "C columns):\nin rows; exr-multipart: parts of one EXR; array, volume: layers of one texture; "
+      "function: the text that reads a\ntexture, without numbers. The first is the default.\n" +
+          container_layouts());
+  command->add_option(
+      "--depth", options.depth,
+      "Bits of a number; 16f for half, 32f for float. The first is the default.\n" + container_depths());
+  command->add_option(
+      "--channels", options.channels,
+      "R, RG, RGB or RGBA: the channels of a pixel, where a container would take others: what the samples "
+      "have not\nis 0, alpha is opaque, and a scalar stands in all of R, G and B");
   command->add_option("--naming", options.naming,
                       "Names in a folder: plain (default); nvidia, ea: those of the published textures; or a pattern\n"
                       "with one place for the number: {slice}, {slice:03}, {}, %d, %03d, %i, ####");
@@ -116,7 +126,7 @@ void add_export(CLI::App& app) {
   command->footer(
       "Values are stored as b = floor(256 u) (16 bit: 65536) and read back as u = (b + 0.5) / 256; u is the value, "
       "for\n"
-      "directions and disks 0.5 + 0.5 of it. Two channels become red and green. exr, tiff 32f, npy and raw 32f hold "
+      "directions and disks 0.5 + 0.5 of it. Two channels become red and green. Depths 16f and 32f, and npy, hold "
       "the\n"
       "values themselves.\n\n"
       "  noiseloom export run.h5 -o textures/                              one PNG a slice\n"
@@ -125,9 +135,16 @@ void add_export(CLI::App& app) {
       "...\n"
       "  noiseloom export run.h5 -o noise.png --layout strip --depth 16    all slices, one under the other\n"
       "  noiseloom export run.h5 -o noise.exr --layout exr-multipart       floats, one part a slice\n"
+      "  noiseloom export run.h5 -o noise.ktx2 --channels RGBA             a texture of as many layers as slices\n"
+      "  noiseloom export run.h5 -o textures/ --for unreal                 as Unreal Engine takes it\n"
+      "  noiseloom export run.h5 -o noise.hlsl --layout function           shader code that reads such a texture\n"
       "  noiseloom export mask.h5 -o points/ --threshold 0.1               the earliest tenth of the pixels, as "
       "points\n");
   command->callback([arguments] {
+    if (arguments->options.consumer == "help") {
+      fmt::print("{}", consumers_table());
+      return;
+    }
     // `--pdf run.h5`, where the option stands alone and the file follows it.
     const std::string& density = arguments->options.density;
     const bool is_word = density.empty() || density == "alpha" || density == "separate" || density == "none";
@@ -135,6 +152,8 @@ void add_export(CLI::App& app) {
       arguments->file = std::exchange(arguments->options.density, "alpha");
     }
     if (arguments->file.empty()) throw UserError("command line", "RUN.h5 is required; see noiseloom export --help");
+    if (arguments->options.output.empty())
+      throw UserError("command line", "--output is required; see noiseloom export --help");
     if (!arguments->importance.empty()) return run_importance(*arguments);
     run_export(arguments->file, arguments->options);
   });

@@ -12,8 +12,8 @@
 
 #include "accuracy/accuracy_command.h"
 #include "accuracy/accuracy_score.h"
-#include "accuracy/child_process.h"
 #include "noiseloom/accuracy/accuracy_report.h"
+#include "noiseloom/core/child_process.h"
 #include "noiseloom/files/generations.h"
 #include "noiseloom/files/output_files.h"
 #include "noiseloom/files/run_file.h"

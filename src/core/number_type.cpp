@@ -75,4 +75,21 @@ double half_to_double(std::uint16_t bits) {
   return bits >> 15 != 0 ? -value : value;
 }
 
+std::uint16_t half_of(double value) {
+  const std::uint16_t sign = std::signbit(value) ? 0x8000 : 0;
+  const auto with_sign = [sign](int bits) { return static_cast<std::uint16_t>(sign | bits); };
+  const double size = std::abs(value);
+  if (std::isnan(value)) return with_sign(0x7E00);
+  if (size == 0) return sign;
+  constexpr double past_the_largest = 65520;  // halfway from the largest, 65504, to what would come next
+  if (size >= past_the_largest) return with_sign(0x7C00);
+  int exponent = 0;
+  std::frexp(size, &exponent);  // size = 0.5 to 1 times 2^exponent
+  // Steps of the numbers of that size; below 2^-14 all have the same. Rounding up may reach the next power of two,
+  // whose bits follow on.
+  const int step = std::max(exponent - 11, -24);
+  const auto steps = static_cast<int>(std::nearbyint(std::ldexp(size, -step)));
+  return with_sign(((step + 24) << 10) + steps);
+}
+
 }  // namespace noiseloom

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "noiseloom/core/error.h"
+#include "noiseloom/core/number_type.h"
 #include "noiseloom/image/image_reader.h"
 
 namespace noiseloom {
@@ -34,6 +35,11 @@ float number_of(const std::byte* bytes, PixelType type) {
     std::uint16_t code = 0;
     std::memcpy(&code, bytes, sizeof code);
     return static_cast<float>(code) / 65535;
+  }
+  if (type == PixelType::float16) {
+    std::uint16_t bits = 0;
+    std::memcpy(&bits, bytes, sizeof bits);
+    return static_cast<float>(half_to_double(bits));
   }
   float value = 0;
   std::memcpy(&value, bytes, sizeof value);

@@ -43,6 +43,10 @@ const char* type_name(PixelType type) {
       return "uint8";
     case PixelType::uint16:
       return "uint16";
+    case PixelType::uint32:
+      return "uint32";
+    case PixelType::float16:
+      return "float16";
     case PixelType::float32:
       return "float32";
   }

@@ -37,25 +37,39 @@ const std::vector<Container>& containers() {
   constexpr auto pixels = ContainerContent::pixels;
   constexpr auto places = ContainerContent::places;
   constexpr auto by_type = StoredNumbers::by_type;
+  using Layouts = std::vector<ExportLayout>;
+  static const Layouts flat = {slices, strip, row, atlas};
+  static const Layouts flat_or_parts = {slices, strip, row, atlas, parts};
+  static const Layouts texture = {array, volume, slices};
+  static const Layouts texture_or_strip = {array, volume, slices, strip};
+  static const Layouts source = {array, function};
+  static const std::vector<int> grey_or_colour = {1, 3, 4};
+  static const std::vector<int> any = {1, 2, 3, 4};
+  // clang-format off
   static const std::vector<Container> rows = {
-      {"png", pixels, {".png"}, {uint8, uint16}, {slices, strip}, by_type, 4, true, png_pixel, make_png_writer},
-      {"exr", pixels, {".exr"}, {float32}, {slices, strip, parts}, by_type, 0, true, exr_pixel, make_exr_writer},
-      {"tiff",
-       pixels,
-       {".tif", ".tiff"},
-       {uint8, uint16, float32},
-       {slices, strip},
-       by_type,
-       0,
-       true,
-       tiff_pixel,
-       make_tiff_writer},
-      {"hdr", pixels, {".hdr"}, {float32}, {slices, strip}, StoredNumbers::unit, 3, false, rgb_pixel, make_hdr_writer},
-      {"npy", pixels, {".npy"}, {float32}, {array}, StoredNumbers::the_values, 0, false, plain_pixel, make_npy_writer},
-      {"raw", pixels, {".raw"}, {float32, uint8, uint16}, {array}, by_type, 0, false, plain_pixel, make_raw_writer},
-      {"csv", places, {".csv"}, {}, {table}, by_type, 0, false, nullptr, make_csv_points_writer},
-      {"npy", places, {".npy"}, {}, {table}, by_type, 0, false, nullptr, make_npy_points_writer},
+      {"png", pixels, {".png"}, {uint8, uint16}, flat, by_type, 4, true, png_pixel, grey_or_colour, make_png_writer},
+      {"exr", pixels, {".exr"}, {float32, float16}, flat_or_parts, by_type, 0, true, exr_pixel, any, make_exr_writer},
+      {"tiff", pixels, {".tif", ".tiff"}, {uint8, uint16, float32}, flat, by_type, 0, true, tiff_pixel, grey_or_colour, make_tiff_writer},
+      {"hdr", pixels, {".hdr"}, {float32}, flat, StoredNumbers::unit, 3, false, rgb_pixel, {3}, make_hdr_writer},
+      {"ktx2", pixels, {".ktx2"}, {uint8, uint16, float16, float32}, texture, by_type, 4, true, texture_pixel, any, make_ktx2_writer},
+      {"dds", pixels, {".dds"}, {uint8, uint16, float16, float32}, texture_or_strip, by_type, 4, true, texture_pixel, {1, 2, 4}, make_dds_writer},
+      {"npy", pixels, {".npy"}, {float32}, {array}, StoredNumbers::the_values, 0, false, plain_pixel, any, make_npy_writer},
+      {"raw", pixels, {".raw", ".bin"}, {float32, uint8, uint16, float16}, {array}, by_type, 0, false, plain_pixel, any, make_raw_writer},
+      {"header", pixels, {".h", ".hpp"}, {uint8, uint16, uint32, float32}, {array}, by_type, 0, false, plain_pixel, any, make_header_writer},
+      {"hlsl", pixels, {".hlsl"}, {uint8, uint16, uint32, float32}, source, by_type, 4, false, plain_pixel, {}, make_hlsl_writer},
+      {"glsl", pixels, {".glsl"}, {uint8, uint16, uint32, float32}, source, by_type, 4, false, plain_pixel, {}, make_glsl_writer},
+      {"wgsl", pixels, {".wgsl"}, {uint8, uint16, uint32, float32}, source, by_type, 4, false, plain_pixel, {}, make_wgsl_writer},
+      {"godot", pixels, {".godot.png"}, {uint8}, {atlas}, by_type, 4, false, png_pixel, {1, 3, 4}, make_godot_writer},
+      {"mpv", pixels, {".hook"}, {uint8, uint16, float16, float32}, {array}, by_type, 4, false, texture_pixel, any, make_mpv_writer},
+      {"remix", pixels, {".remix.h"}, {uint8}, {array}, by_type, 1, false, plain_pixel, {}, make_remix_writer},
+      {"pbrt", pixels, {".pbrt.cpp"}, {uint16}, {array}, by_type, 1, false, plain_pixel, {}, make_pbrt_writer},
+      {"imagemagick", pixels, {".xml"}, {uint32}, {array}, by_type, 1, false, plain_pixel, {}, make_imagemagick_writer},
+      {"ghostscript", pixels, {".ps"}, {uint32}, {slices}, by_type, 1, false, plain_pixel, {}, make_ghostscript_writer},
+      {"gimp", pixels, {".scm"}, {uint32}, {slices}, by_type, 1, false, plain_pixel, {}, make_gimp_writer},
+      {"csv", places, {".csv"}, {}, {table}, by_type, 0, false, nullptr, {}, make_csv_points_writer},
+      {"npy", places, {".npy"}, {}, {table}, by_type, 0, false, nullptr, {}, make_npy_points_writer},
   };
+  // clang-format on
   return rows;
 }
 
@@ -95,10 +109,18 @@ std::string to_string(ExportLayout layout) {
       return "slices";
     case ExportLayout::strip:
       return "strip";
+    case ExportLayout::row:
+      return "row";
+    case ExportLayout::atlas:
+      return "atlas";
     case ExportLayout::parts:
       return "exr-multipart";
     case ExportLayout::array:
       return "array";
+    case ExportLayout::volume:
+      return "volume";
+    case ExportLayout::function:
+      return "function";
     case ExportLayout::table:
       return "table";
   }
@@ -111,6 +133,10 @@ std::string depth_name(PixelType type) {
       return "8";
     case PixelType::uint16:
       return "16";
+    case PixelType::uint32:
+      return "32";
+    case PixelType::float16:
+      return "16f";
     case PixelType::float32:
       return "32f";
   }

@@ -98,6 +98,21 @@ PixelLayout plain_pixel(int channels, bool) {
   return layout;
 }
 
+PixelLayout pixel_of_size(int size, int channels) {
+  static const std::vector<std::string> names = {"R", "G", "B", "A"};
+  std::vector<int> source;
+  for (int c = 0; c < channels; ++c) source.push_back(c);
+  if (size == 2 && channels == 1) source.push_back(zero_channel);
+  if (size >= 3 && channels < 3) source = three_sources(channels);
+  if (size == 4 && channels < 4) source.push_back(opaque_channel);
+  return named(std::move(source), {names.begin(), names.begin() + size});
+}
+
+PixelLayout texture_pixel(int channels, bool with_density) {
+  if (with_density) return png_pixel(channels, true);
+  return pixel_of_size(channels == 3 ? 4 : channels, channels);
+}
+
 PixelLayout rgba_pixel(int channels, bool) {
   std::vector<int> source = three_sources(channels);
   source.push_back(opaque_channel);

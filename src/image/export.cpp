@@ -18,14 +18,15 @@ namespace {
 // Slices of a run file as the pixels of an output, or as the places of its pixels in the sequence.
 class SliceEncoder {
  public:
-  // `order`: of a point set that is exported, else null.
-  SliceEncoder(const RunFileReader& reader, const ExportPlan& plan, const PixelOrder* order)
+  // `order`: of a point set that is exported, else null. `below_one`: the samples are numbers of [0, 1).
+  SliceEncoder(const RunFileReader& reader, const ExportPlan& plan, const PixelOrder* order, bool below_one)
       : reader_(reader), plan_(plan), order_(order) {
     const RunFileContent& content = reader.content();
     samples_ = reader.dataset("/samples");
     if (order_ == nullptr)
       channels_ = static_cast<std::size_t>(content.datasets[static_cast<std::size_t>(samples_)].channels);
     cells_ = static_cast<std::size_t>(content.extents.cells_per_slice());
+    below_one_ = below_one;
     values_.resize(cells_ * channels_);
     if (std::any_of(plan.outputs.begin(), plan.outputs.end(), [](const ExportOutput& o) { return o.has_density(); })) {
       find_largest_density();
@@ -120,6 +121,13 @@ class SliceEncoder {
     return plan_.range ? to_unit(*plan_.range, value) : value;
   }
 
+  // Values of [0, 1) stay below 1: rounding to the nearest half would let some reach it.
+  std::uint16_t half_number(double number) const {
+    constexpr std::uint16_t one = 0x3C00;
+    const std::uint16_t nearest = half_of(number);
+    return nearest == one && number < 1 && below_one_ ? std::uint16_t{one - 1} : nearest;
+  }
+
   void store(double number, PixelType type, std::size_t index) {
     switch (type) {
       case PixelType::uint8:
@@ -128,6 +136,16 @@ class SliceEncoder {
       case PixelType::uint16: {
         const std::uint16_t b = quantise(number, 16);
         std::memcpy(bytes_.data() + 2 * index, &b, sizeof b);
+        break;
+      }
+      case PixelType::uint32: {
+        const std::uint32_t b = quantise_32(number);
+        std::memcpy(bytes_.data() + 4 * index, &b, sizeof b);
+        break;
+      }
+      case PixelType::float16: {
+        const std::uint16_t bits = half_number(number);
+        std::memcpy(bytes_.data() + 2 * index, &bits, sizeof bits);
         break;
       }
       case PixelType::float32: {
@@ -142,6 +160,7 @@ class SliceEncoder {
   const ExportPlan& plan_;
   const PixelOrder* order_;
   int samples_ = 0;
+  bool below_one_ = false;  // the range of the space is 0 to 1
   std::size_t channels_ = 1;
   std::size_t cells_ = 0;
   double largest_density_ = 0;
@@ -157,6 +176,7 @@ std::string decoding(const ExportPlan& plan, PixelType type) {
     return fmt::format("0, or the largest number where a pixel is one of the {} points", *plan.num_points);
   const std::string stored = type == PixelType::uint8    ? "(b + 0.5) / 256"
                              : type == PixelType::uint16 ? "(b + 0.5) / 65536"
+                             : type == PixelType::uint32 ? "(b + 0.5) / 4294967296"
                                                          : "number stored";
   if (!plan.range || *plan.range == ValueRange{}) return stored;
   return fmt::format("{} + {} * {}", plan.range->lo, plan.range->hi - plan.range->lo, stored);
@@ -194,6 +214,7 @@ void write_output(OutputFiles& files, const ExportPlan& plan, const ExportOutput
   const std::unique_ptr<ContainerWriter> writer = output.container->make(files);
   const bool one_a_slice = output.layout == ExportLayout::slices;
   job.layout = output.layout;
+  job.columns = output.columns;
   job.num_slices = one_a_slice ? 1 : plan.end - plan.begin;
   job.slice = {narrow<int>(job.extents.width()),
                narrow<int>(job.extents.height()),
@@ -261,10 +282,13 @@ ExportResult export_run_file(const std::string& path, const ExportOptions& optio
   job.extents = plan.extents;
   job.range = plan.range;
   job.samples = config.problem.samples.space;
+  if (const int samples = reader.dataset("/samples"); samples >= 0 && !plan.num_points)
+    job.directions = is_between_unit_vectors(
+        distance_kind(config.problem.samples, content.datasets[static_cast<std::size_t>(samples)].channels));
   job.config = content.config;
   job.unfinished = result.unfinished;
   job.num_points = plan.num_points;
-  SliceEncoder encoder(reader, plan, order ? &*order : nullptr);
+  SliceEncoder encoder(reader, plan, order ? &*order : nullptr, natural_range(config.problem.samples) == ValueRange{});
   for (const ExportOutput& output : plan.outputs) {
     const std::size_t before = files.targets().size();
     write_output(files, plan, output, job, encoder);

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "image/texture_header.h"
+
 namespace noiseloom {
 namespace {
 
@@ -190,6 +192,9 @@ ImageClaim read_image_claim(std::ifstream& file, const std::string& extension) {
   if (mark.starts_with("II*\0"sv) || mark.starts_with("II+\0"sv)) return tiff_claim(bytes, false);
   if (mark.starts_with("MM\0*"sv) || mark.starts_with("MM\0+"sv)) return tiff_claim(bytes, true);
   if (mark.starts_with("#?"sv)) return hdr_claim(bytes);
+  if (mark == "\xABKTX 20\xBB"sv) return claim_of(read_ktx2_header(file), "ktx2");
+  if (mark.starts_with("\xABKTX"sv)) return {"ktx", 1, 1, 0, "a file of KTX 1; accepted: KTX2"};
+  if (mark.starts_with("DDS "sv)) return claim_of(read_dds_header(file), "dds");
   if (mark.starts_with("BM"sv)) return bmp_claim(bytes);
   if (mark.size() > 2 && mark[0] == 'P' && mark[1] >= '1' && mark[1] <= '6') return pnm_claim(bytes);
   if (extension == ".tga") return tga_claim(bytes);

@@ -3,11 +3,35 @@
 namespace noiseloom {
 
 std::size_t bytes_per_number(PixelType type) {
-  return type == PixelType::uint8 ? 1 : type == PixelType::uint16 ? 2 : 4;
+  switch (type) {
+    case PixelType::uint8:
+      return 1;
+    case PixelType::uint16:
+    case PixelType::float16:
+      return 2;
+    case PixelType::uint32:
+    case PixelType::float32:
+      return 4;
+  }
+  return 4;
 }
 
+bool is_integer(PixelType type) { return type != PixelType::float16 && type != PixelType::float32; }
+
 std::string to_string(PixelType type) {
-  return type == PixelType::uint8 ? "8 bit" : type == PixelType::uint16 ? "16 bit" : "float";
+  switch (type) {
+    case PixelType::uint8:
+      return "8 bit";
+    case PixelType::uint16:
+      return "16 bit";
+    case PixelType::uint32:
+      return "32 bit";
+    case PixelType::float16:
+      return "half";
+    case PixelType::float32:
+      return "float";
+  }
+  return "";
 }
 
 std::size_t ImageShape::num_bytes() const {

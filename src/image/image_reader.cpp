@@ -13,6 +13,7 @@
 
 #include "image/image_claim.h"
 #include "image/image_library.h"
+#include "image/texture_header.h"
 #include "noiseloom/core/error.h"
 
 namespace noiseloom {
@@ -27,10 +28,10 @@ constexpr const char* lossy = "lossy: it changes noise";
 constexpr const char* not_yet = "not read by this version; convert it to .png or .exr";
 
 constexpr std::array<Extension, 24> known_extensions = {{
-    {".png", ""},      {".exr", ""},      {".tif", ""},       {".tiff", ""},     {".tx", ""},       {".hdr", ""},
-    {".bmp", ""},      {".tga", ""},      {".pgm", ""},       {".ppm", ""},      {".pnm", ""},      {".jpg", lossy},
-    {".jpeg", lossy},  {".jxl", lossy},   {".avif", lossy},   {".heic", lossy},  {".webp", lossy},  {".gif", not_yet},
-    {".dds", not_yet}, {".ktx", not_yet}, {".ktx2", not_yet}, {".psd", not_yet}, {".jp2", not_yet}, {".pfm", not_yet},
+    {".png", ""},     {".exr", ""},      {".tif", ""},      {".tiff", ""},     {".tx", ""},       {".hdr", ""},
+    {".ktx2", ""},    {".dds", ""},      {".bmp", ""},      {".tga", ""},      {".pgm", ""},      {".ppm", ""},
+    {".pnm", ""},     {".jpg", lossy},   {".jpeg", lossy},  {".jxl", lossy},   {".avif", lossy},  {".heic", lossy},
+    {".webp", lossy}, {".gif", not_yet}, {".ktx", not_yet}, {".psd", not_yet}, {".jp2", not_yet}, {".pfm", not_yet},
 }};
 
 const Extension* known_extension(const std::string& extension) {
@@ -115,6 +116,7 @@ struct ImageReader::Impl {
   std::vector<std::string> windows;
   // Tiles cross rows: a tiled part is read whole, at its first row.
   std::vector<bool> tiled;
+  bool is_srgb = false;
   int whole_part = -1;
   std::vector<std::byte> whole;
 
@@ -131,11 +133,14 @@ struct ImageReader::Impl {
 ImageReader::ImageReader(const std::string& path) : impl_(std::make_unique<Impl>()) {
   const Checked checked = checked_claim(path);
   const std::int64_t most_bytes = checked.most_pixels * most_bytes_per_pixel;
-  const ImageLibrary& library = image_library();
-  library.limit_image_size(static_cast<int>(std::min<std::int64_t>(most_bytes / megabyte + 1, 1 << 30)));
   impl_->path = path;
-  impl_->input = library.input(checked.claim.format);
-  if (!impl_->input) throw EnvironmentError(path + ": " + words_of(library.error()));
+  impl_->input = texture_input(checked.claim.format);
+  if (!impl_->input) {
+    const ImageLibrary& library = image_library();
+    library.limit_image_size(static_cast<int>(std::min<std::int64_t>(most_bytes / megabyte + 1, 1 << 30)));
+    impl_->input = library.input(checked.claim.format);
+    if (!impl_->input) throw EnvironmentError(path + ": " + words_of(library.error()));
+  }
   if (!impl_->input->open(path))
     throw UserError(path, "not an image that can be read: " + words_of(impl_->input->error()));
   constexpr int most_parts = 1 << 16;
@@ -145,6 +150,7 @@ ImageReader::ImageReader(const std::string& path) : impl_(std::make_unique<Impl>
     impl_->shapes.push_back(found.shape);
     impl_->windows.push_back(window_of(found));
     impl_->tiled.push_back(found.tile_width > 0);
+    impl_->is_srgb = impl_->is_srgb || found.is_srgb;
   }
   impl_->input->error();  // seeking past the last part is no fault
   if (impl_->shapes.empty()) throw UserError(path, "not an image that can be read: it has no pixels");
@@ -155,6 +161,8 @@ ImageReader::ImageReader(ImageReader&&) noexcept = default;
 int ImageReader::num_parts() const { return static_cast<int>(impl_->shapes.size()); }
 const ImageShape& ImageReader::shape(int part) const { return impl_->shapes.at(static_cast<std::size_t>(part)); }
 const std::string& ImageReader::window(int part) const { return impl_->windows.at(static_cast<std::size_t>(part)); }
+
+bool ImageReader::is_srgb() const { return impl_->is_srgb; }
 
 void ImageReader::read_rows(int part, int first_row, int num_rows, std::span<std::byte> bytes) {
   const ImageShape& image = shape(part);

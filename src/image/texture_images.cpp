@@ -187,6 +187,16 @@ double number_of(std::span<const std::byte> bytes, PixelType type, std::size_t i
       std::memcpy(&b, bytes.data() + 2 * index, sizeof b);
       return dequantise(b, 16);
     }
+    case PixelType::uint32: {
+      std::uint32_t b;
+      std::memcpy(&b, bytes.data() + 4 * index, sizeof b);
+      return (b + 0.5) / 0x1p32;
+    }
+    case PixelType::float16: {
+      std::uint16_t bits;
+      std::memcpy(&bits, bytes.data() + 2 * index, sizeof bits);
+      return half_to_double(bits);
+    }
     case PixelType::float32: {
       float v;
       std::memcpy(&v, bytes.data() + 4 * index, sizeof v);
@@ -208,6 +218,7 @@ void check_mate(const std::string& path, const ImageShape& shape, const ImageSha
 double step_of(const std::string& path, PixelType type) {
   if (type == PixelType::uint8) return 1.0 / 256;
   if (type == PixelType::uint16) return 1.0 / 65536;
+  if (type == PixelType::float16) return 1.0 / 1024;  // between numbers of 1 to 2
   return lower_case_extension(path) == ".hdr" ? 1.0 / 128 : 0;
 }
 
@@ -322,11 +333,13 @@ Stored images(const Request& request) {
     size_differs(arrangement.files.front(), size_of(shape), extents, first.window(0));
   if (!first.window(0).empty())
     stored.notes.push_back(fmt::format("The image has a {}; the data window was taken.", first.window(0)));
+  if (first.is_srgb())
+    stored.notes.push_back("The file is marked as sRGB, by which a sampler bends every value; it was read as it is.");
   stored.texture = make_texture(extents, shape.channels);
   read_slices(arrangement, shape, stored.texture);
   stored.channel_names = names_of(shape);
   stored.step = step_of(arrangement.files.front(), shape.type);
-  stored.coding = shape.type == PixelType::float32 ? Stored::Coding::open : Stored::Coding::codes;
+  stored.coding = is_integer(shape.type) ? Stored::Coding::codes : Stored::Coding::open;
   stored.source = fmt::format("{}, {}", arrangement.kind, to_string(shape.type));
   return stored;
 }

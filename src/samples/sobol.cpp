@@ -1,4 +1,4 @@
-#include "samples/sobol.h"
+#include "noiseloom/samples/sobol.h"
 
 #include "noiseloom/core/random.h"
 

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "noiseloom/core/error.h"
+#include "noiseloom/samples/sobol.h"
 #include "samples/mapped_space.h"
-#include "samples/sobol.h"
 #include "samples/spaces.h"
 
 namespace noiseloom {

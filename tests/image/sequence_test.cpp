@@ -95,10 +95,10 @@ TEST(Sequence, MayRunOverAnyNumberOfTheName) {
 TEST(Sequence, SaysWhatItSawInAFolderWithoutImagesThatAreRead) {
   const TemporaryFolder folder;
   for (int i = 0; i < 5; ++i) write_bytes(folder / fmt::format("n{}.JPG", i), "");
-  write_bytes(folder / "noise.ktx2", "");
+  write_bytes(folder / "noise.psd", "");
   write_bytes(folder / "readme.txt", "");
   EXPECT_THAT(user_error_of([&] { find_sequence(folder.path()); }),
-              AllOf(HasSubstr("5 x .jpg (lossy"), HasSubstr("1 x .ktx2 (not read by this version"),
+              AllOf(HasSubstr("5 x .jpg (lossy"), HasSubstr("1 x .psd (not read by this version"),
                     HasSubstr("accepted: .png, .exr"), Not(HasSubstr("txt"))));
 }
 

@@ -132,7 +132,7 @@ class Layers(unittest.TestCase):
                         self.assertFalse(include.startswith(headers), f"{path} includes {include}")
 
     def test_folders_of_images_know_no_ranks(self):
-        for folder in ("image", "measure", "report"):
+        for folder in ("image", "measure", "render", "report"):
             self.assertNotIn("dist", closure(self.table, folder))
 
 

@@ -163,7 +163,7 @@ class ExportTest(support.ProgramTest):
         before = sorted(self.folder.iterdir())
         for arguments, words in [
             (("-o", "there.png", "--layout", "strip"), "exists; --overwrite"),
-            (("-o", "a/", "--format", "ktx2"), "accepted: png, exr, tiff, hdr, npy, raw"),
+            (("-o", "a/", "--format", "ktx"), "accepted: png, exr, tiff, hdr, ktx2, dds, npy, raw"),
             (("-o", "a.exr", "--depth", "8"), "accepted for exr: 32f"),
             (("-o", "a.png", "--depth", "12"), "accepted for png: 8, 16"),
             (("-o", "a/", "--slices", "1:9"), "0 <= A < B <= 3"),

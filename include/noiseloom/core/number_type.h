@@ -26,5 +26,7 @@ std::string integer_text(const char* bytes, const NumberType& type);
 
 // The value of a float of 16 bits (IEEE 754 binary16).
 double half_to_double(std::uint16_t bits);
+// The nearest float of 16 bits, ties to even; infinite beyond 65504.
+std::uint16_t half_of(double value);
 
 }  // namespace noiseloom

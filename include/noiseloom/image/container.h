@@ -23,11 +23,15 @@ namespace noiseloom {
 
 // How the slices of a texture are spread over files.
 enum class ExportLayout {
-  slices,  // a file each
-  strip,   // one image, each slice under the one before it
-  parts,   // one file, an image of its own for each slice
-  array,   // one file that holds bare numbers, slice after slice
-  table,   // one file of rows that are no pixels
+  slices,    // a file each
+  strip,     // one image, each slice under the one before it
+  row,       // one image, each slice to the right of the one before it
+  atlas,     // one image, slices in rows from left to right
+  parts,     // one file, an image of its own for each slice
+  array,     // one file, slice after slice
+  volume,    // one file, slice after slice, as a texture of three dimensions
+  function,  // the text of a function that reads a texture, without its numbers
+  table,     // one file of rows that are no pixels
 };
 std::string to_string(ExportLayout layout);  // as --layout takes it
 
@@ -52,10 +56,12 @@ struct ContainerJob {
   SliceIndex num_slices = 1;   // and how many there are
   ExportLayout layout = ExportLayout::slices;
   ImageShape slice;                        // of one slice; content `pixels` alone
+  int columns = 1;                         // of slices beside each other; layouts `row` and `atlas`
   std::string description;                 // what the file holds, a line for people
   std::string decoding;                    // how a stored number becomes a value: "-1 + 2 * (b + 0.5) / 256"
   std::optional<ValueRange> range;         // stored numbers are to_unit(range, value); none: the values themselves
   std::string samples;                     // name of the sample space
+  bool directions = false;                 // samples are unit vectors
   std::string config;                      // of the run, TOML
   std::string unfinished;                  // how far the run came, in words; "" where it is finished
   std::optional<std::int64_t> num_points;  // of the point set in the whole texture, where one is exported
@@ -77,7 +83,7 @@ class ContainerWriter {
 struct Container {
   std::string name;  // as --format takes it; one name may have a row for each content
   ContainerContent content = ContainerContent::pixels;
-  std::vector<std::string> endings;   // of file names; the first is what files get
+  std::vector<std::string> endings;   // of file names; the first is what files get. With two dots: chosen by name alone
   std::vector<PixelType> types;       // the first is the default; empty where numbers have no choice of type
   std::vector<ExportLayout> layouts;  // the first is the default
   StoredNumbers numbers = StoredNumbers::by_type;
@@ -85,6 +91,7 @@ struct Container {
   bool has_alpha = false;  // a density can go into a channel of its own
   // Which pixel channels hold the channels of a sample. Requires channels that fit and, with density, alpha.
   PixelLayout (*pixel)(int channels, bool with_density) = nullptr;
+  std::vector<int> pixel_sizes;  // how many channels --channels may ask for
   std::unique_ptr<ContainerWriter> (*make)(OutputFiles& files) = nullptr;
 };
 

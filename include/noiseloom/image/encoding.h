@@ -34,6 +34,12 @@ inline std::uint16_t quantise(double u, int bits) {
   if (!(scaled >= 0)) return 0;
   return static_cast<std::uint16_t>(scaled >= levels ? levels - 1 : scaled);
 }
+// The same for 32 bits.
+inline std::uint32_t quantise_32(double u) {
+  const double scaled = u * 0x1p32;
+  if (!(scaled >= 0)) return 0;
+  return scaled >= 0x1p32 ? 0xFFFFFFFF : static_cast<std::uint32_t>(scaled);
+}
 // (b + 0.5) / 2^bits: the middle of the step.
 inline double dequantise(std::uint16_t b, int bits) { return (b + 0.5) / static_cast<double>(1 << bits); }
 
@@ -55,13 +61,18 @@ struct PixelLayout {
 //   rgb_pixel    RGB always: a scalar three times, 2: R G 0
 //   plain_pixel  the channels of the sample, without names
 //   rgba_pixel   RGBA always, opaque: 2: R G 0 A
+//   texture_pixel  1: R    2: R G    3 and 4: RGBA, opaque where the sample has three
 // With density, the channel A holds it, which requires at most 3 channels: png and tiff are then always RGBA (a scalar
-// three times), exr has one channel more. rgb_pixel, plain_pixel and rgba_pixel hold none.
+// three times), exr has one channel more, texture_pixel is RGBA. rgb_pixel, plain_pixel and rgba_pixel hold none.
 PixelLayout png_pixel(int channels, bool with_density);
 PixelLayout tiff_pixel(int channels, bool with_density);
 PixelLayout exr_pixel(int channels, bool with_density);
 PixelLayout rgb_pixel(int channels, bool with_density);
 PixelLayout plain_pixel(int channels, bool with_density);
 PixelLayout rgba_pixel(int channels, bool with_density);
+PixelLayout texture_pixel(int channels, bool with_density);
+// R, RG, RGB or RGBA for samples of fewer channels or as many: a scalar stands in all of R, G and B of three and four,
+// what a sample has not is zero, and alpha is opaque.
+PixelLayout pixel_of_size(int size, int channels);
 
 }  // namespace noiseloom

@@ -24,8 +24,10 @@ namespace noiseloom {
 struct ExportOptions {
   std::string output;     // a file, a pattern of files or a folder
   std::string format;     // name of a container; from the ending of `output`, else png
-  std::string layout;     // slices, strip, exr-multipart
-  std::string depth;      // 8, 16, 32f
+  std::string layout;     // slices, strip, row, atlas, atlas:CxR, exr-multipart, array, volume, function
+  std::string depth;      // 8, 16, 32, 16f, 32f
+  std::string consumer;   // a program that decides most of these (consumers.h)
+  std::string channels;   // R, RG, RGB, RGBA: of a pixel, where the container would take others
   std::string naming;     // plain, nvidia, ea, a pattern
   std::string slices;     // "a:b": a, a + 1, ..., b - 1
   std::string range;      // "lo:hi"
@@ -43,6 +45,7 @@ struct ExportOutput {
   ExportLayout layout = ExportLayout::slices;
   PixelType type = PixelType::uint8;
   PixelLayout pixel;
+  int columns = 1;                   // layouts `row` and `atlas`: slices beside each other
   std::vector<std::string> targets;  // layout `slices`: one file a slice, else one file
 
   // Whether a channel holds the density of the samples.

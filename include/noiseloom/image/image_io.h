@@ -16,9 +16,11 @@
 
 namespace noiseloom {
 
-enum class PixelType { uint8, uint16, float32 };
+// float16: IEEE 754 binary16. Image files hold no uint32; headers do.
+enum class PixelType { uint8, uint16, uint32, float16, float32 };
 std::size_t bytes_per_number(PixelType type);
-std::string to_string(PixelType type);  // "8 bit", "16 bit", "float"
+bool is_integer(PixelType type);
+std::string to_string(PixelType type);  // "8 bit", "16 bit", "32 bit", "half", "float"
 
 struct ImageShape {
   int width = 0;

@@ -15,6 +15,10 @@ OIIO::TypeDesc oiio_type(PixelType type) {
       return OIIO::TypeDesc::UINT8;
     case PixelType::uint16:
       return OIIO::TypeDesc::UINT16;
+    case PixelType::uint32:
+      return OIIO::TypeDesc::UINT32;
+    case PixelType::float16:
+      return OIIO::TypeDesc::HALF;
     case PixelType::float32:
       return OIIO::TypeDesc::FLOAT;
   }
@@ -59,7 +63,9 @@ class Input final : public ImageInput {
     part.shape = {spec.width, spec.height, spec.nchannels, PixelType::uint8, spec.channelnames, spec.alpha_channel};
     if (spec.format == OIIO::TypeDesc::UINT16)
       part.shape.type = PixelType::uint16;
-    else if (spec.format == OIIO::TypeDesc::FLOAT || spec.format == OIIO::TypeDesc::HALF)
+    else if (spec.format == OIIO::TypeDesc::HALF)
+      part.shape.type = PixelType::float16;
+    else if (spec.format == OIIO::TypeDesc::FLOAT)
       part.shape.type = PixelType::float32;
     else if (spec.format != OIIO::TypeDesc::UINT8)
       part.other_type = spec.format.c_str();
@@ -167,8 +173,8 @@ class Library final : public ImageLibrary {
 }  // namespace
 }  // namespace noiseloom
 
-extern "C" [[gnu::visibility("default")]] const noiseloom::ImageLibrary* noiseloom_image_library_1();
-extern "C" const noiseloom::ImageLibrary* noiseloom_image_library_1() {
+extern "C" [[gnu::visibility("default")]] const noiseloom::ImageLibrary* noiseloom_image_library_2();
+extern "C" const noiseloom::ImageLibrary* noiseloom_image_library_2() {
   static const noiseloom::Library library;
   return &library;
 }

@@ -1,4 +1,4 @@
-#include "accuracy/child_process.h"
+#include "noiseloom/core/child_process.h"
 
 #include <fcntl.h>
 #include <sys/prctl.h>

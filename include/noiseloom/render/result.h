@@ -1,0 +1,70 @@
+// What a rendering gives: errors, pictures, and what was done for them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "noiseloom/core/parallel.h"
+#include "noiseloom/render/expectation.h"
+#include "noiseloom/render/noise.h"
+#include "noiseloom/render/passes.h"
+#include "noiseloom/render/scene.h"
+
+namespace noiseloom::render {
+
+// Planar [channel][y][x].
+struct ResultPicture {
+  int width = 0;
+  int height = 0;
+  int channels = 0;
+  std::vector<float> values;
+};
+
+struct PassResult {
+  PlannedPass planned;
+  std::int64_t calls = 0;
+  Counts counted{};
+  double seconds = 0;  // of one processor
+};
+
+struct Result {
+  std::vector<Effect> effects;
+  std::vector<std::string> noises;
+  std::vector<Stage> stages;
+  int frames = 0;
+  int repeats = 0;
+  // Mean squared errors: [effect][noise][repeat][stage][frame].
+  std::vector<double> squares;
+  std::vector<ResultPicture> truths;    // [effect][filter over space, none first], where pictures are put out
+  std::vector<ResultPicture> pictures;  // [effect][noise][stage] of the last frame, where they are put out
+  std::vector<double> bias;             // [effect][stage]: rms of the filtered truth's distance from the truth
+  std::vector<PassResult> passes;
+  double seconds = 0;  // of the wall
+  int threads = 1;
+
+  double square(std::size_t effect, std::size_t noise, int repeat, std::size_t stage, int frame) const;
+  // Root of the mean over repeats, and its standard error.
+  MeanAndError rmse(std::size_t effect, std::size_t noise, std::size_t stage, int frame) const;
+};
+
+// Renders the scene with noises that were opened. Throws UserError where an effect cannot use one of them.
+Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& pool);
+// The same with another table of passes.
+Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& pool, std::span<const Pass> passes);
+
+struct ExpectationResult {
+  std::string text;  // "a < b after ema + box5, frame 64"
+  Outcome outcome;
+  std::string found;  // the numbers
+};
+std::vector<ExpectationResult> check_expectations(const Scene& scene, const Result& result);
+
+// For people and programs.
+std::string plan_text(std::span<const PlannedPass> passes);
+std::string plan_json(const Scene& scene, const std::vector<PassResult>& passes, double seconds, int threads);
+std::string results_text(const Result& result);
+std::string results_csv(const Result& result);  // last frame
+std::string curves_csv(const Result& result);   // every frame
+
+}  // namespace noiseloom::render

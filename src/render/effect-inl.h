@@ -1,0 +1,52 @@
+// The loop over pixels, once for every effect (render/effects.h): what is not named in a scene is code that is not
+// called.
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "noiseloom/core/math.h"
+#include "render/effects.h"
+#include "render/job.h"
+
+namespace noiseloom::render {
+
+inline constexpr std::size_t most_channels = 3;
+
+template <class E>
+void estimate_image(Job& job) {
+  const E effect(job.shared, job.repeat);
+  const Noise& noise = (*job.shared.noises.get(Data::noises, job.pass))[job.noise];
+  const Scene& scene = job.scene();
+  if (!job.estimate.is_there()) job.estimate.make(make_image(scene.width, scene.height, effect.channels()));
+  Image& image = job.estimate.get(Data::estimate, job.pass);
+  NoiseReader reader(noise, move_of_repeat(scene.seed, job.repeat), effect.numbers(), scene.width);
+  std::array<float, most_channels> values{};
+  for (int y = 0; y < scene.height; ++y) {
+    reader.read(y, job.frame);
+    for (int x = 0; x < scene.width; ++x) {
+      effect.estimate(x, y, reader.at(x), values.data());
+      for (int c = 0; c < image.channels; ++c) image.row(c, y)[x] = values[static_cast<std::size_t>(c)];
+    }
+  }
+  count_of(*job.counts, Work::estimates) += static_cast<std::int64_t>(image.pixels());
+  count_of(*job.counts, Work::noise_values) += static_cast<std::int64_t>(image.pixels()) * reader.values();
+}
+
+template <class E>
+Image truth_image(const Shared& shared, int repeat) {
+  const E effect(shared, repeat);
+  Image image = make_image(shared.scene.width, shared.scene.height, effect.channels());
+  shared.pool.for_each(image.height, [&](std::int64_t row, int) {
+    const int y = static_cast<int>(row);
+    std::array<double, most_channels> values{};
+    for (int x = 0; x < image.width; ++x) {
+      effect.expect(x, y, values.data());
+      for (int c = 0; c < image.channels; ++c)
+        image.row(c, y)[x] = static_cast<float>(values[static_cast<std::size_t>(c)]);
+    }
+  });
+  return image;
+}
+
+}  // namespace noiseloom::render

@@ -1,0 +1,62 @@
+// What passes work on: data that all jobs share, and that of a job: one effect with one noise in one repeat, frame by
+// frame. Jobs do not depend on each other, so that they run on any number of threads and give the same bytes.
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "noiseloom/core/parallel.h"
+#include "noiseloom/render/passes.h"
+#include "noiseloom/render/result.h"
+#include "render/image.h"
+
+namespace noiseloom::render {
+
+// Before and after every filter over space, in the order of the scene.
+struct Truth {
+  std::vector<Image> after;
+};
+
+struct Shared {
+  const Scene& scene;
+  std::vector<Effect> effects;
+  std::vector<Stage> stages;
+  ThreadPool& pool;
+  const std::vector<Noise>& opened;
+  std::string_view pass = {};  // that is running
+  Counts* counts = nullptr;    // of that pass
+
+  Made<const std::vector<Noise>*> noises = {};
+  Made<Image> picture = {};
+  Made<std::vector<std::vector<Truth>>> truth = {};  // [effect][repeat], one repeat where all have the same
+};
+
+// Averages over the frames so far, one for each filter over time.
+struct Averages {
+  std::vector<Image> images;
+  std::vector<double> sums;  // mc: of all frames
+};
+
+struct Job {
+  const Shared& shared;
+  std::size_t effect = 0;  // index into the scene's
+  std::size_t noise = 0;
+  int repeat = 0;
+  std::int64_t frame = 0;
+  std::string_view pass = {};
+  Counts* counts = nullptr;
+
+  Made<Image> estimate = {};
+  Made<Averages> accumulated = {};
+  Made<std::vector<Image>> filtered = {};  // [filter over time, the frame alone first][filter over space]
+  Made<std::vector<double>> errors = {};   // [stage][frame]: mean squared
+  Made<std::vector<Image>> pictures = {};  // [stage], of the last frame
+
+  const Scene& scene() const { return shared.scene; }
+  // The picture after the filters of a stage.
+  const Image& after(std::size_t stage) const;
+  const Truth& truth() const;
+};
+
+}  // namespace noiseloom::render

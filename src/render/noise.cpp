@@ -1,0 +1,116 @@
+#include "noiseloom/render/noise.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "noiseloom/config/config.h"
+#include "noiseloom/core/error.h"
+#include "noiseloom/files/digest.h"
+#include "noiseloom/files/run_file.h"
+#include "noiseloom/samples/sample_space.h"
+#include "noiseloom/samples/space.h"
+
+namespace noiseloom::render {
+namespace {
+
+// A config that says what the values of a file are, and no more that matters.
+RunConfig config_around(const std::string& file, const std::string& samples) {
+  const auto with_size = [&](const Extents& extents) {
+    std::string size;
+    for (int axis = 0; axis < extents.num_axes(); ++axis)
+      size += fmt::format("{}{} = {}", axis == 0 ? "" : ", ", extents.name(axis), extents.size(axis));
+    return parse_config(fmt::format("[texture]\nsize = {{ {} }}\nsamples = \"{}\"\n[filter]\ngroups = [ {{ axes = "
+                                    "\"xy\", kernel = \"gauss\", sigma = 1.0 }} ]\n",
+                                    size, samples),
+                        file, "", {});
+  };
+  return with_size(suggested_extents(file, find_sample_space(samples)->traits().channels, {}));
+}
+
+TextureFile load(const NoiseSpec& spec, const std::string& path) {
+  if (spec.kind != NoiseKind::file || looks_like_run_file(path)) return load_texture(path, std::nullopt);
+  return load_texture(path, config_around(path, spec.samples));
+}
+
+RunConfig config_of(const NoiseSpec& spec) {
+  if (spec.kind == NoiseKind::config) return load_config(spec.file, spec.changes);
+  return parse_config(built_in_config(spec), spec.name, "", {});
+}
+
+constexpr std::int64_t most_across = 65536;  // of TextureRead
+
+std::shared_ptr<const Texture> checked(TextureFile file, const NoiseSpec& spec, const std::string& path) {
+  const Extents& extents = file.texture.extents;
+  if (extents.width() > most_across || extents.height() > most_across)
+    throw UserError(path, fmt::format("noise \"{}\" is {}: at most {} pixels along an axis are read", spec.name,
+                                      extents.to_string(), most_across));
+  return std::make_shared<const Texture>(std::move(file.texture));
+}
+
+}  // namespace
+
+bool has_texture(NoiseKind kind) {
+  return kind <= NoiseKind::config || (kind >= NoiseKind::blue_2d && kind <= NoiseKind::golden_ratio);
+}
+
+std::string built_in_config(const NoiseSpec& spec) {
+  const int slices = spec.kind == NoiseKind::golden_ratio ? 1 : spec.slices;
+  return fmt::format(
+      "[texture]\nsize = {{ x = {0}, y = {0}, t = {1} }}\nsamples = \"uniform\"\nseed = {2}\n\n[filter]\ncombine = "
+      "\"sum\"\ngroups = [ {{ axes = \"{3}\", kernel = \"gauss-energy\", sigma = 1.9 }} ]\n\n[optimizer]\nmethod = "
+      "\"void-and-cluster\"\nequalize = \"{4}\"\n",
+      spec.size, slices, spec.seed, spec.kind == NoiseKind::blue_3d ? "xyt" : "xy",
+      spec.kind == NoiseKind::blue_3d ? "volume" : "slice");
+}
+
+std::string cached_texture(const NoiseSpec& spec, const std::string& folder) {
+  const std::string text = to_toml(config_of(spec));
+  const std::string digest = to_hex(digest_of(std::as_bytes(std::span(text.data(), text.size()))));
+  return (std::filesystem::path(folder) / fmt::format("{}-{}.h5", spec.name, digest.substr(0, 8))).string();
+}
+
+int Noise::numbers_in_value() const {
+  if (!has_texture(spec.kind)) return 1;
+  if (samples.is_file()) return channels;
+  return space_traits(samples).support == Support::unit_interval ? channels : 0;
+}
+
+Noise open_noise(const NoiseSpec& spec, const std::string& folder, const MakeTexture& make) {
+  Noise noise{.spec = spec};
+  if (!has_texture(spec.kind)) return noise;
+  std::string path = spec.file;
+  if (spec.kind != NoiseKind::file) {
+    path = cached_texture(spec, folder);
+    if (spec.kind == NoiseKind::config) {
+      make(spec.file, spec.changes, path);
+    } else {
+      make(built_in_config(spec), {}, path);
+    }
+  }
+  TextureFile file = load(spec, path);
+  noise.notes = file.notes;
+  noise.samples = file.config->problem.samples;
+  noise.channels = file.texture.channels;
+  noise.texture = checked(std::move(file), spec, path);
+  return noise;
+}
+
+Noise describe_noise(const NoiseSpec& spec) {
+  if (spec.kind == NoiseKind::file) return open_noise(spec, "", nullptr);
+  Noise noise{.spec = spec};
+  if (!has_texture(spec.kind)) return noise;
+  const ProblemSpec problem = config_of(spec).problem;
+  noise.samples = problem.samples;
+  noise.channels = num_channels(problem.samples, problem.extents.cells_per_slice(), problem.extents.num_slices());
+  return noise;
+}
+
+Move move_of_repeat(std::uint64_t seed, int repeat) {
+  if (repeat == 0) return {};
+  const RandomBlock block = random_block(seed, purpose_of_move, 0, 0, static_cast<std::uint64_t>(repeat));
+  return {block[0] >> 12, block[1] >> 12, block[2] >> 12};
+}
+
+}  // namespace noiseloom::render

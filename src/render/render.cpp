@@ -1,0 +1,159 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <mutex>
+
+#include "noiseloom/core/error.h"
+#include "noiseloom/render/result.h"
+#include "render/effects.h"
+#include "render/frames.h"
+#include "render/job.h"
+
+namespace noiseloom::render {
+namespace {
+
+class Stopwatch {
+ public:
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count(); }
+
+ private:
+  std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
+};
+
+// An effect of unit numbers cannot use directions, nor what is not spread evenly over 0..1.
+void check_noises(const Scene& scene, const std::vector<Noise>& noises) {
+  std::vector<Fault> faults;
+  for (const Noise& noise : noises)
+    for (const Effect effect : effects_of(scene))
+      if (noise.numbers_in_value() == 0)
+        faults.push_back({"noise \"" + noise.spec.name + "\"",
+                          fmt::format("holds samples of {}; {} takes numbers of 0 to 1 (uniform, vector2, ...)",
+                                      noise.samples.space, name_of(effect))});
+  throw_if_any(std::move(faults));
+}
+
+bool is_pass_of(const Pass& pass, Effect effect) {
+  return !pass.makes.has(Data::estimate) || pass.name == name_of(effect);
+}
+
+ResultPicture picture_of(const Image& image) { return {image.width, image.height, image.channels, image.values}; }
+
+// Runs all frames of a job and adds what its passes did to theirs.
+class Jobs {
+ public:
+  Jobs(const Shared& shared, Result& result) : shared_(shared), result_(result) {}
+
+  void run(std::int64_t number) {
+    const auto repeats = static_cast<std::int64_t>(result_.repeats);
+    const auto num_noises = std::ssize(result_.noises);
+    Job job{.shared = shared_,
+            .effect = static_cast<std::size_t>(number / (num_noises * repeats)),
+            .noise = static_cast<std::size_t>(number / repeats % num_noises),
+            .repeat = static_cast<int>(number % repeats)};
+    std::vector<PassResult> passes(result_.passes.size());
+    for (job.frame = 0; job.frame < shared_.scene.frames; ++job.frame)
+      if (is_rendered(shared_.scene, job.frame)) run_frame(job, passes);
+    const std::lock_guard lock(mutex_);
+    for (std::size_t i = 0; i < passes.size(); ++i) {
+      result_.passes[i].calls += passes[i].calls;
+      result_.passes[i].seconds += passes[i].seconds;
+      for (std::size_t k = 0; k < passes[i].counted.size(); ++k) result_.passes[i].counted[k] += passes[i].counted[k];
+    }
+    store(job);
+  }
+
+ private:
+  void run_frame(Job& job, std::vector<PassResult>& passes) const {
+    for (std::size_t i = 0; i < passes.size(); ++i) {
+      const PlannedPass& planned = result_.passes[i].planned;
+      const Pass& pass = *planned.pass;
+      if (!planned.on || pass.frame == nullptr || !is_pass_of(pass, shared_.effects[job.effect])) continue;
+      const Stopwatch watch;
+      job.pass = pass.name;
+      job.counts = &passes[i].counted;
+      pass.frame(job);
+      ++passes[i].calls;
+      passes[i].seconds += watch.seconds();
+    }
+  }
+
+  void store(Job& job) {
+    const std::vector<double>& errors = job.errors.get(Data::errors, "results");
+    const std::size_t place =
+        (job.effect * result_.noises.size() + job.noise) * static_cast<std::size_t>(result_.repeats) +
+        static_cast<std::size_t>(job.repeat);
+    std::copy(errors.begin(), errors.end(),
+              result_.squares.begin() + static_cast<std::ptrdiff_t>(place * errors.size()));
+    if (!job.pictures.is_there()) return;
+    const std::vector<Image>& pictures = job.pictures.get(Data::pictures, "results");
+    for (std::size_t stage = 0; stage < pictures.size(); ++stage)
+      result_.pictures[(job.effect * result_.noises.size() + job.noise) * pictures.size() + stage] =
+          picture_of(pictures[stage]);
+  }
+
+  const Shared& shared_;
+  Result& result_;
+  std::mutex mutex_;
+};
+
+double rms_distance(const Image& a, const Image& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.values.size(); ++i) {
+    const double difference = static_cast<double>(a.values[i]) - static_cast<double>(b.values[i]);
+    sum += difference * difference;
+  }
+  return std::sqrt(sum / static_cast<double>(a.values.size()));
+}
+
+// How far filters take the truth from itself, and the pictures of it.
+void store_truth(const Shared& shared, Result& result) {
+  for (std::size_t effect = 0; effect < result.effects.size(); ++effect) {
+    const Truth& truth = shared.truth.get(Data::truth, "results")[effect].front();
+    for (std::size_t stage = 0; stage < result.stages.size(); ++stage)
+      result.bias.push_back(rms_distance(truth.after[stage % truth.after.size()], truth.after.front()));
+    if (shared.scene.puts_out("images"))
+      for (const Image& image : truth.after) result.truths.push_back(picture_of(image));
+  }
+}
+
+}  // namespace
+
+Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& pool) {
+  return render(scene, noises, pool, all_passes());
+}
+
+Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& pool, std::span<const Pass> passes) {
+  check_noises(scene, noises);
+  const Stopwatch watch;
+  Result result;
+  result.effects = effects_of(scene);
+  for (const Noise& noise : noises) result.noises.push_back(noise.spec.name);
+  result.stages = stages_of(scene);
+  result.frames = scene.frames;
+  result.repeats = scene.repeats;
+  result.threads = pool.num_threads();
+  Shared shared{.scene = scene, .effects = result.effects, .stages = result.stages, .pool = pool, .opened = noises};
+  for (const PlannedPass& planned : plan_passes(passes, scene, noises)) {
+    PassResult pass{.planned = planned};
+    if (planned.on && planned.pass->prepare != nullptr) {
+      const Stopwatch watch_of_pass;
+      shared.pass = planned.pass->name;
+      shared.counts = &pass.counted;
+      planned.pass->prepare(shared);
+      pass.calls = 1;
+      pass.seconds = watch_of_pass.seconds();
+    }
+    result.passes.push_back(pass);
+  }
+  const std::size_t curves = result.effects.size() * noises.size() * static_cast<std::size_t>(scene.repeats);
+  result.squares.resize(curves * result.stages.size() * static_cast<std::size_t>(scene.frames));
+  if (scene.puts_out("images")) result.pictures.resize(result.effects.size() * noises.size() * result.stages.size());
+  Jobs jobs(shared, result);
+  pool.for_each(static_cast<std::int64_t>(curves), [&](std::int64_t number, int) { jobs.run(number); });
+  store_truth(shared, result);
+  result.seconds = watch.seconds();
+  return result;
+}
+
+}  // namespace noiseloom::render

@@ -1,0 +1,174 @@
+#include "noiseloom/render/result.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "noiseloom/core/json.h"
+#include "noiseloom/core/quantity_text.h"
+#include "render/frames.h"
+
+namespace noiseloom::render {
+namespace {
+
+std::size_t index_of(const std::vector<std::string>& names, const std::string& name) {
+  return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+// Where an expectation looks.
+struct Place {
+  std::size_t effect = 0;
+  std::size_t stage = 0;
+  int frame = 0;
+};
+
+Place place_of(const ExpectSpec& expect, const Result& result) {
+  Place place{.frame = (expect.frame == 0 ? result.frames : expect.frame) - 1};
+  while (name_of(result.effects[place.effect]) != expect.effect) ++place.effect;
+  while (result.stages[place.stage].time != expect.time || result.stages[place.stage].space != expect.space)
+    ++place.stage;
+  return place;
+}
+
+std::vector<double> squares_of(const Result& result, const Place& place, const std::string& noise) {
+  std::vector<double> values;
+  for (int repeat = 0; repeat < result.repeats; ++repeat)
+    values.push_back(result.square(place.effect, index_of(result.noises, noise), repeat, place.stage, place.frame));
+  return values;
+}
+
+std::string where(const ExpectSpec& expect, const Place& place, const Result& result) {
+  return fmt::format("{}, {}, frame {}", expect.effect, result.stages[place.stage].to_string(), place.frame + 1);
+}
+
+ExpectationResult check_order(const ExpectSpec& expect, const Result& result) {
+  const Place place = place_of(expect, result);
+  const std::vector<OrderTerm> terms = parse_order(expect.order);
+  Outcome worst = Outcome::holds;
+  std::string found;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    const auto value = result.rmse(place.effect, index_of(result.noises, terms[i].noise), place.stage, place.frame);
+    found += fmt::format("{}{} {}", i == 0 ? "" : fmt::format(" {} ", terms[i].relation), terms[i].noise,
+                         digits_text(value.mean));
+    if (i == 0) continue;
+    const std::vector<double> a = squares_of(result, place, terms[i - 1].noise);
+    const std::vector<double> b = squares_of(result, place, terms[i].noise);
+    std::vector<double> differences;
+    for (std::size_t r = 0; r < a.size(); ++r) differences.push_back(a[r] - b[r]);
+    const Outcome outcome = terms[i].relation == '<' ? outcome_of_less(differences) : outcome_of_equal(differences);
+    if (outcome != Outcome::holds) found += fmt::format(" ({})", to_string(outcome));
+    worst = std::max(worst, outcome);
+  }
+  return {fmt::format("{} ({})", expect.order, where(expect, place, result)), worst, found};
+}
+
+// Within a share of the value, and three standard errors of what was measured.
+ExpectationResult check_value(const ExpectSpec& expect, const Result& result) {
+  const Place place = place_of(expect, result);
+  MeanAndError value = result.rmse(place.effect, index_of(result.noises, expect.noise), place.stage, place.frame);
+  const bool is_ratio = expect.ratio > 0;
+  if (is_ratio) {
+    const MeanAndError other =
+        result.rmse(place.effect, index_of(result.noises, expect.against), place.stage, place.frame);
+    const double ratio = value.mean / other.mean;
+    value = {ratio, ratio * std::hypot(value.error / value.mean, other.error / other.mean)};
+  }
+  const double wanted = is_ratio ? expect.ratio : expect.rmse;
+  const double chance = std::isfinite(value.error) ? 3 * value.error : 0;
+  const bool holds = std::fabs(value.mean - wanted) <= wanted * expect.within + chance;
+  return {fmt::format("{} {} {} within {} % ({})", is_ratio ? expect.noise + " / " + expect.against : expect.noise,
+                      is_ratio ? "=" : "has", wanted, 100 * expect.within, where(expect, place, result)),
+          holds ? Outcome::holds : Outcome::fails,
+          fmt::format("{} +- {}", digits_text(value.mean), digits_text(std::isfinite(value.error) ? value.error : 0))};
+}
+
+std::string csv_row(const Result& result, std::size_t effect, std::size_t noise, std::size_t stage, int frame) {
+  const MeanAndError value = result.rmse(effect, noise, stage, frame);
+  const std::size_t white = index_of(result.noises, "white");
+  const double ratio =
+      white < result.noises.size() ? value.mean / result.rmse(effect, white, stage, frame).mean : std::nan("");
+  const auto number = [](double v) { return std::isfinite(v) ? fmt::format("{:.9g}", v) : std::string(); };
+  return fmt::format("{},{},{},{},{},{},{},{}\n", name_of(result.effects[effect]), result.noises[noise],
+                     result.stages[stage].time, result.stages[stage].space, frame + 1, number(value.mean),
+                     number(value.error), number(ratio));
+}
+
+constexpr const char* csv_head = "effect,noise,time,space,frame,rmse,standard_error,over_white\n";
+
+}  // namespace
+
+double Result::square(std::size_t effect, std::size_t noise, int repeat, std::size_t stage, int frame) const {
+  const std::size_t job =
+      (effect * noises.size() + noise) * static_cast<std::size_t>(repeats) + static_cast<std::size_t>(repeat);
+  return squares[(job * stages.size() + stage) * static_cast<std::size_t>(frames) + static_cast<std::size_t>(frame)];
+}
+
+MeanAndError Result::rmse(std::size_t effect, std::size_t noise, std::size_t stage, int frame) const {
+  std::vector<double> values;
+  for (int repeat = 0; repeat < repeats; ++repeat) values.push_back(square(effect, noise, repeat, stage, frame));
+  const MeanAndError mean = mean_and_error(values);
+  const double root = std::sqrt(mean.mean);
+  return {root, root > 0 ? mean.error / (2 * root) : repeats < 2 ? mean.error : 0};
+}
+
+std::vector<ExpectationResult> check_expectations(const Scene& scene, const Result& result) {
+  std::vector<ExpectationResult> results;
+  for (const ExpectSpec& expect : scene.expects) {
+    results.push_back(expect.order.empty() ? check_value(expect, result) : check_order(expect, result));
+    if (!expect.source.empty()) results.back().text = expect.source + ": " + results.back().text;
+  }
+  return results;
+}
+
+std::string results_text(const Result& result) {
+  std::size_t widest = 5;
+  for (const std::string& noise : result.noises) widest = std::max(widest, noise.size());
+  std::string text;
+  for (std::size_t effect = 0; effect < result.effects.size(); ++effect) {
+    text += fmt::format("{}, root of the mean squared error in frame {}{}\n", name_of(result.effects[effect]),
+                        result.frames, result.repeats > 1 ? " (standard error)" : "");
+    std::vector<std::size_t> widths;
+    text += fmt::format("  {:<{}}", "", widest);
+    for (const Stage& stage : result.stages) {
+      widths.push_back(std::max<std::size_t>(19, stage.to_string().size()));
+      text += fmt::format("  {:>{}}", stage.to_string(), widths.back());
+    }
+    text += "\n";
+    for (std::size_t noise = 0; noise < result.noises.size(); ++noise) {
+      text += fmt::format("  {:<{}}", result.noises[noise], widest);
+      for (std::size_t stage = 0; stage < result.stages.size(); ++stage) {
+        const MeanAndError value = result.rmse(effect, noise, stage, result.frames - 1);
+        const std::string error =
+            std::isfinite(value.error) ? fmt::format(" ({})", digits_text(value.error)) : std::string();
+        text += fmt::format("  {:>{}}", digits_text(value.mean) + error, widths[stage]);
+      }
+      text += "\n";
+    }
+    text += fmt::format("  {:<{}}", "bias", widest);
+    for (std::size_t stage = 0; stage < result.stages.size(); ++stage)
+      text += fmt::format("  {:>{}}", digits_text(result.bias[effect * result.stages.size() + stage]), widths[stage]);
+    text += "\n";
+  }
+  return text + "  bias: how far the filter takes the truth from itself, whatever the noise; not part of the errors.\n";
+}
+
+std::string results_csv(const Result& result) {
+  std::string text = csv_head;
+  for (std::size_t effect = 0; effect < result.effects.size(); ++effect)
+    for (std::size_t noise = 0; noise < result.noises.size(); ++noise)
+      for (std::size_t stage = 0; stage < result.stages.size(); ++stage)
+        text += csv_row(result, effect, noise, stage, result.frames - 1);
+  return text;
+}
+
+std::string curves_csv(const Result& result) {
+  std::string text = csv_head;
+  for (std::size_t effect = 0; effect < result.effects.size(); ++effect)
+    for (std::size_t noise = 0; noise < result.noises.size(); ++noise)
+      for (std::size_t stage = 0; stage < result.stages.size(); ++stage)
+        for (int frame = 0; frame < result.frames; ++frame) text += csv_row(result, effect, noise, stage, frame);
+  return text;
+}
+
+}  // namespace noiseloom::render

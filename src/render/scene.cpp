@@ -1,0 +1,67 @@
+#include "noiseloom/render/scene.h"
+
+#include <algorithm>
+
+#include "noiseloom/config/settings_file.h"
+
+namespace noiseloom::render {
+namespace {
+
+Scene parsed(const settings::Source& source, const std::vector<std::string>& overrides) {
+  return settings::parse<Scene>(scene_kind(), source, overrides).value;
+}
+
+}  // namespace
+
+bool Scene::puts_out(const std::string& what) const {
+  return std::find(outputs.begin(), outputs.end(), what) != outputs.end();
+}
+
+std::string name_of(Effect effect) {
+  switch (effect) {
+    case Effect::integrand:
+      return "integrand";
+    case Effect::dither:
+      return "dither";
+    case Effect::transparency:
+      return "transparency";
+  }
+  return {};
+}
+
+std::vector<Effect> effects_of(const Scene& scene) {
+  std::vector<Effect> effects;
+  if (scene.integrand.on) effects.push_back(Effect::integrand);
+  if (scene.dither.on) effects.push_back(Effect::dither);
+  if (scene.transparency.on) effects.push_back(Effect::transparency);
+  return effects;
+}
+
+std::string Stage::to_string() const {
+  if (space == "none") return time;
+  return time == "frame" ? space : time + " + " + space;
+}
+
+std::vector<Stage> stages_of(const Scene& scene) {
+  std::vector<std::string> times = {"frame"};
+  times.insert(times.end(), scene.time.kernels.begin(), scene.time.kernels.end());
+  std::vector<Stage> stages;
+  for (const std::string& time : times) {
+    stages.push_back({time, "none"});
+    for (const SpaceFilterSpec& filter : scene.space) stages.push_back({time, filter.name});
+  }
+  return stages;
+}
+
+Scene load_scene(const std::string& path, const std::vector<std::string>& overrides) {
+  return parsed(settings::load_source(path, scene_kind().noun), overrides);
+}
+
+Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder,
+                  const std::vector<std::string>& overrides) {
+  return parsed({.text = text, .name = name, .folder = folder}, overrides);
+}
+
+std::string describe_scene_settings() { return settings::describe(scene_kind()); }
+
+}  // namespace noiseloom::render

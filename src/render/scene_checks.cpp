@@ -1,0 +1,147 @@
+// What the settings of a scene ask of each other.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "noiseloom/render/expectation.h"
+#include "render/scene_settings.h"
+
+namespace noiseloom::render {
+namespace {
+
+using settings::Reader;
+using settings::Value;
+
+const Value* element(const Value& root, std::string_view list, std::size_t index) {
+  const Value* const value = settings::find_at(root, list);
+  const settings::Array* const array = value == nullptr ? nullptr : value->array();
+  return array == nullptr || index >= array->size() ? nullptr : &(*array)[index];
+}
+
+// A fault at an element of a list, or at one of its keys.
+void fault_at(Reader& reader, const Value& root, const std::string& list, std::size_t index, const std::string& key,
+              const std::string& text) {
+  const Value* const found = element(root, list, index);
+  const settings::Table* const table = found == nullptr ? nullptr : found->table();
+  const Value* const value = table == nullptr ? nullptr : settings::find(*table, key);
+  const std::string shown = fmt::format("{}[{}]", list, index);
+  if (value != nullptr) {
+    reader.fault(*value, shown + '.' + key, text);
+  } else {
+    reader.fault(found != nullptr ? found->place : root.place, fmt::format("{}: {}", shown, text));
+  }
+}
+
+bool is_name(const std::string& text) {
+  return !text.empty() && text.size() <= 60 && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' ||
+           c == '.';
+  }) && text.front() != '.';
+}
+
+constexpr const char* name_rule = "must be a word of letters, digits, points, - and _, as it names files too";
+
+void name_noises(Reader& reader, const Value& root, Scene& scene) {
+  const auto words = reader.kind().row("noise[].kind").words;
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < scene.noises.size(); ++i) {
+    NoiseSpec& noise = scene.noises[i];
+    if (noise.name.empty()) noise.name = words[static_cast<std::size_t>(noise.kind)].word;
+    if (!is_name(noise.name)) fault_at(reader, root, "noise", i, "name", name_rule);
+    if (!names.insert(noise.name).second)
+      fault_at(reader, root, "noise", i, "name", fmt::format("a second noise of the name \"{}\"", noise.name));
+  }
+}
+
+void name_filters(Reader& reader, const Value& root, Scene& scene) {
+  std::set<std::string> names = {"none"};
+  for (std::size_t i = 0; i < scene.space.size(); ++i) {
+    SpaceFilterSpec& filter = scene.space[i];
+    if (filter.kernel == SpaceKernel::box && filter.size % 2 == 0)
+      fault_at(reader, root, "filter.space", i, "size", "must be odd: a filter has a pixel in its middle");
+    if (filter.kernel == SpaceKernel::binomial && filter.n % 2 != 0)
+      fault_at(reader, root, "filter.space", i, "n", "must be even: n + 1 taps have a pixel in their middle");
+    if (filter.name.empty()) {
+      if (filter.kernel == SpaceKernel::box) filter.name = fmt::format("box{}", filter.size);
+      if (filter.kernel == SpaceKernel::gauss) filter.name = fmt::format("gauss{}", filter.sigma);
+      if (filter.kernel == SpaceKernel::binomial) filter.name = fmt::format("binomial{}", filter.n);
+    }
+    if (!is_name(filter.name)) fault_at(reader, root, "filter.space", i, "name", name_rule);
+    if (!names.insert(filter.name).second)
+      fault_at(reader, root, "filter.space", i, "name", fmt::format("a second filter of the name \"{}\"", filter.name));
+  }
+}
+
+// A fault unless `word` is among `known`, with the one that may be meant.
+void check_word(Reader& reader, const Value& root, std::size_t index, const std::string& key, const std::string& word,
+                const std::vector<std::string>& known, const std::string& noun) {
+  if (std::find(known.begin(), known.end(), word) != known.end()) return;
+  const std::string near = nearest_word(word, known);
+  std::string list;
+  for (const std::string& one : known) list += (list.empty() ? "" : ", ") + one;
+  fault_at(reader, root, "expect", index, key,
+           fmt::format("the scene has no {} \"{}\"{}; it has: {}", noun, word,
+                       near.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", near), list.empty() ? "none" : list));
+}
+
+void check_expectation(Reader& reader, const Value& root, Scene& scene, std::size_t i) {
+  ExpectSpec& expect = scene.expects[i];
+  std::vector<std::string> noises;
+  for (const NoiseSpec& noise : scene.noises) noises.push_back(noise.name);
+  const bool has_value = expect.rmse > 0 || expect.ratio > 0;
+  if (!expect.order.empty()) {
+    const std::vector<OrderTerm> terms = parse_order(expect.order);
+    if (terms.empty())
+      fault_at(reader, root, "expect", i, "order", "must be names with < or = between them: \"fast < stbn = other\"");
+    for (const OrderTerm& term : terms) check_word(reader, root, i, "order", term.noise, noises, "noise");
+    if (has_value || !expect.noise.empty())
+      fault_at(reader, root, "expect", i, "order", "goes without noise, rmse and ratio");
+    if (scene.repeats < 2)
+      fault_at(reader, root, "expect", i, "order", "needs image.repeats = 2 or more, which show what chance makes");
+  } else {
+    if (expect.noise.empty() || (expect.rmse > 0) == (expect.ratio > 0))
+      fault_at(reader, root, "expect", i, "noise", "needs an order, or a noise with either rmse or ratio");
+    if (!expect.noise.empty()) check_word(reader, root, i, "noise", expect.noise, noises, "noise");
+    if (expect.ratio > 0) check_word(reader, root, i, "against", expect.against, noises, "noise");
+  }
+  std::vector<std::string> effects;
+  for (const Effect effect : effects_of(scene)) effects.push_back(name_of(effect));
+  if (expect.effect.empty()) {
+    if (effects.size() == 1) expect.effect = effects.front();
+    if (effects.size() > 1) fault_at(reader, root, "expect", i, "effect", "needed, as there are several effects");
+  } else {
+    check_word(reader, root, i, "effect", expect.effect, effects, "effect");
+  }
+  std::vector<std::string> times = {"frame"};
+  times.insert(times.end(), scene.time.kernels.begin(), scene.time.kernels.end());
+  check_word(reader, root, i, "time", expect.time, times, "filter over time");
+  std::vector<std::string> spaces = {"none"};
+  for (const SpaceFilterSpec& filter : scene.space) spaces.push_back(filter.name);
+  check_word(reader, root, i, "space", expect.space, spaces, "filter over space");
+  if (expect.frame > scene.frames)
+    fault_at(reader, root, "expect", i, "frame", fmt::format("the scene has {} frames", scene.frames));
+}
+
+}  // namespace
+
+void check_scene(Reader& reader, const Value& root, const settings::Owners& owners) {
+  Scene& scene = owners.get<Scene>();
+  name_noises(reader, root, scene);
+  name_filters(reader, root, scene);
+  if (scene.noises.empty() && settings::find_at(root, "noise") != nullptr)
+    reader.fault(*settings::find_at(root, "noise"), "noise", "needs at least one");
+  if (effects_of(scene).empty() && settings::find_at(root, "effects") != nullptr)
+    reader.fault(*settings::find_at(root, "effects"), "effects", "names no effect, so that there is nothing to render");
+  if (scene.transparency.alpha.empty() || scene.transparency.alpha.size() > 32)
+    if (const Value* alpha = settings::find_at(root, "effects.transparency.alpha"))
+      reader.fault(*alpha, "effects.transparency.alpha", "must have 1 to 32 panes");
+  std::set<std::string> kernels;
+  for (const std::string& kernel : scene.time.kernels)
+    if (!kernels.insert(kernel).second)
+      reader.fault(*settings::find_at(root, "filter.time.kernels"), "filter.time.kernels",
+                   fmt::format("has \"{}\" twice", kernel));
+  for (std::size_t i = 0; i < scene.expects.size(); ++i) check_expectation(reader, root, scene, i);
+}
+
+}  // namespace noiseloom::render

@@ -1,0 +1,155 @@
+// The table of all settings of a scene.
+#include "render/scene_settings.h"
+
+#include <iterator>
+
+namespace noiseloom::render {
+namespace {
+
+using settings::at_least;
+using settings::Field;
+using settings::Setting;
+using settings::Type;
+using settings::Word;
+
+constexpr double largest_size = 8192;
+
+constexpr Word output_words[] = {
+    {"curves", "the error of every frame: curves.csv", "plots csv"},
+    {"images", "the last frame after every filter, and its error", "pictures png"},
+};
+
+constexpr Word time_words[] = {{"frame", "each frame alone", "none raw"},
+                               {"ema", "exponential moving average", "exponential taa"},
+                               {"mc", "mean of all frames so far", "monte-carlo cumulative ca"}};
+
+std::vector<Setting> rows_of_image() {
+  return {
+      {.key = "title",
+       .type = Type::text,
+       .sentence = "What the scene shows.",
+       .field = [](Scene& s) -> Field { return &s.title; }},
+      {.key = "image", .type = Type::table, .sentence = "What is rendered."},
+      {.key = "image.width",
+       .type = Type::integer,
+       .sentence = "Width.",
+       .field = [](Scene& s) -> Field { return &s.width; },
+       .range = at_least(1, largest_size),
+       .unit = "pixels"},
+      {.key = "image.height",
+       .type = Type::integer,
+       .sentence = "Height.",
+       .field = [](Scene& s) -> Field { return &s.height; },
+       .range = at_least(1, largest_size),
+       .unit = "pixels"},
+      {.key = "image.frames",
+       .type = Type::integer,
+       .sentence = "Frames in a row.",
+       .field = [](Scene& s) -> Field { return &s.frames; },
+       .range = at_least(1, 1e6)},
+      {.key = "image.repeats",
+       .type = Type::integer,
+       .sentence =
+           "How often all is rendered again, with every noise moved to another place and time: errors are means "
+           "over these, and standard errors come from how they differ.",
+       .field = [](Scene& s) -> Field { return &s.repeats; },
+       .range = at_least(1, 4096)},
+      {.key = "image.seed",
+       .type = Type::integer,
+       .sentence = "Chooses where noises are moved to.",
+       .field = [](Scene& s) -> Field { return &s.seed; },
+       .range = at_least(0)},
+      {.key = "image.outputs",
+       .type = Type::word,
+       .sentence = "What is written beside the table of results. What no output needs is not computed.",
+       .field = [](Scene& s) -> Field { return &s.outputs; },
+       .list = true,
+       .words = output_words},
+  };
+}
+
+std::vector<Setting> rows_of_expectations() {
+  return {
+      {.key = "expect",
+       .type = Type::tables,
+       .sentence = "What must come out: with any of these a scene is a test.",
+       .field = [](Scene& s) -> Field { return &s.expects; },
+       .example = "{ order = \"stbn < white\", time = \"ema\" }"},
+      {.key = "expect[].order",
+       .type = Type::text,
+       .sentence = "Noises by their errors: \"fast < stbn < white\"; \"a = b\" where the two differ by chance alone. A "
+                   "difference counts from two standard errors on; below, the order is undecided, and not fulfilled.",
+       .field = [](ExpectSpec& e) -> Field { return &e.order; },
+       .zero_is_unset = true},
+      {.key = "expect[].noise",
+       .type = Type::text,
+       .sentence = "In place of an order: the noise whose error has a value of its own.",
+       .field = [](ExpectSpec& e) -> Field { return &e.noise; },
+       .zero_is_unset = true},
+      {.key = "expect[].rmse",
+       .type = Type::number,
+       .sentence = "The root of the mean squared error of that noise.",
+       .field = [](ExpectSpec& e) -> Field { return &e.rmse; },
+       .range = settings::above(0),
+       .zero_is_unset = true},
+      {.key = "expect[].ratio",
+       .type = Type::number,
+       .sentence = "Its error over that of another noise.",
+       .field = [](ExpectSpec& e) -> Field { return &e.ratio; },
+       .range = settings::above(0),
+       .zero_is_unset = true},
+      {.key = "expect[].against",
+       .type = Type::text,
+       .sentence = "That other noise.",
+       .field = [](ExpectSpec& e) -> Field { return &e.against; }},
+      {.key = "expect[].within",
+       .type = Type::number,
+       .sentence = "How far the value may be off, as a share of it, beside three standard errors.",
+       .field = [](ExpectSpec& e) -> Field { return &e.within; },
+       .range = at_least(0, 1)},
+      {.key = "expect[].effect",
+       .type = Type::text,
+       .sentence = "Which effect; may be left out where there is one.",
+       .field = [](ExpectSpec& e) -> Field { return &e.effect; },
+       .zero_is_unset = true},
+      {.key = "expect[].time",
+       .type = Type::word,
+       .sentence = "After which filter over time.",
+       .field = [](ExpectSpec& e) -> Field { return &e.time; },
+       .words = time_words},
+      {.key = "expect[].space",
+       .type = Type::text,
+       .sentence = "After which filter over space, by its name; \"none\" before all.",
+       .field = [](ExpectSpec& e) -> Field { return &e.space; }},
+      {.key = "expect[].frame",
+       .type = Type::integer,
+       .sentence = "At which frame, counted from 1; the last where it is not said.",
+       .field = [](ExpectSpec& e) -> Field { return &e.frame; },
+       .range = at_least(1),
+       .zero_is_unset = true},
+      {.key = "expect[].source",
+       .type = Type::text,
+       .sentence = "Where it is claimed; shown with the outcome.",
+       .field = [](ExpectSpec& e) -> Field { return &e.source; },
+       .zero_is_unset = true},
+  };
+}
+
+std::vector<Setting> all_rows() {
+  std::vector<Setting> rows;
+  for (std::vector<Setting> part :
+       {rows_of_image(), rows_of_noises(), rows_of_effects(), rows_of_filters(), rows_of_expectations()})
+    rows.insert(rows.end(), std::make_move_iterator(part.begin()), std::make_move_iterator(part.end()));
+  return rows;
+}
+
+}  // namespace
+
+const settings::FileKind& scene_kind() {
+  static const std::vector<Setting> rows = all_rows();
+  static const settings::FileKind kind = settings::file_kind<Scene>(
+      {.noun = "scene", .settings = rows, .check = check_scene, .override_example = "image.frames=16"});
+  return kind;
+}
+
+}  // namespace noiseloom::render

@@ -1,0 +1,129 @@
+"""render: scenes from file to table, what is off, what is kept, and how expectations end."""
+
+import csv
+import json
+
+import support
+
+SCENE = """
+[image]
+width = 32
+height = 24
+frames = 6
+repeats = 3
+outputs = [%s]
+[[noise]]
+kind = "white"
+[[noise]]
+kind = "blue-2d"
+size = 16
+slices = 4
+[effects.%s]
+[filter.time]
+kernels = ["ema"]
+[[filter.space]]
+kernel = "gauss"
+sigma = 1.0
+"""
+ORDER = '[[expect]]\norder = "%s"\nspace = "gauss1"\n'
+
+
+class RenderTest(support.ProgramTest):
+    def scene(self, tail="", outputs='"curves"', effect="integrand"):
+        return self.write("scene.toml", SCENE % (outputs, effect) + tail)
+
+    def rows(self, name="out/results.csv"):
+        with open(self.folder / name) as file:
+            return list(csv.DictReader(file))
+
+    def test_a_scene_gives_its_table_and_its_plan(self):
+        done = self.run_program("render", self.scene(), "-o", "out")
+        self.assertIn("root of the mean squared error in frame 6", done.stdout)
+        self.assertEqual(len(self.rows()), 2 * 4)
+        self.assertEqual(len(self.rows("out/curves.csv")), 2 * 4 * 6)
+        plan = json.loads((self.folder / "out/plan.json").read_text())
+        for one in plan["passes"]:
+            self.assertEqual(one["predicted"], one["counted"], one["name"])
+            self.assertEqual(one["calls"]["predicted"], one["calls"]["counted"], one["name"])
+            if not one["on"]:
+                self.assertEqual(set(one["counted"].values()), {0}, one["name"])
+        self.assertEqual([one["name"] for one in plan["passes"] if not one["on"]],
+                         ["picture", "dither", "transparency", "pictures"])
+        self.assertFalse((self.folder / "out/pictures").exists())
+
+    def test_plan_alone_renders_and_makes_nothing(self):
+        scene = self.scene()
+        done = self.run_program("render", scene, "--plan")
+        self.assertRegex(done.stdout, r"(?m)^integrand +on ")
+        self.assertRegex(done.stdout, r"(?m)^dither +off .*no effects.dither")
+        self.assertEqual([p.name for p in self.folder.iterdir()], ["scene.toml"])
+
+    def test_expectations_decide_the_exit_status(self):
+        scene = self.scene(ORDER % "blue-2d < white")
+        self.assertIn("holds", self.run_program("render", scene, "-o", "a").stdout)
+        done = self.run_program("render", self.scene(ORDER % "white < blue-2d"), "-o", "b", "--noises", "a/noise", expect=3)
+        self.assertRegex(done.stdout, r"fails +white < blue-2d \(integrand, gauss1, frame 6\)")
+        done = self.run_program("render", self.scene(ORDER % "white < white"), "-o", "c", "--noises", "a/noise", expect=3)
+        self.assertIn("undecided", done.stdout)
+        self.assertFalse((self.folder / "b/noise").exists())
+
+    def test_textures_are_made_once(self):
+        scene = self.scene()
+        self.run_program("render", scene, "-o", "out")
+        made = list((self.folder / "out/noise").glob("*.h5"))
+        self.assertEqual(len(made), 1)
+        before = made[0].stat().st_mtime_ns
+        self.run_program("render", scene, "-o", "out", "--overwrite")
+        self.assertEqual(made[0].stat().st_mtime_ns, before)
+        self.run_program("render", scene, "-o", "out", "--overwrite", "--set", "noise[1].seed=2")
+        self.assertEqual(len(list((self.folder / "out/noise").glob("*.h5"))), 2)
+
+    def test_the_same_bytes_on_any_number_of_threads_and_without_vectors(self):
+        scene = self.scene(outputs='"curves", "images"', effect="dither")
+        self.run_program("render", scene, "-o", "out", "--threads", "1")
+        names = sorted(p.relative_to(self.folder / "out") for p in (self.folder / "out").rglob("*")
+                       if p.suffix in (".csv", ".png"))
+        self.assertGreater(len(names), 10)
+        for folder, options, environment in (("more", ["--threads", "5"], None), ("plain", [], support.PLAIN_CPU)):
+            self.run_program("render", scene, "-o", folder, "--noises", "out/noise", *options, environment=environment)
+            for name in names:
+                self.assertEqual((self.folder / folder / name).read_bytes(), (self.folder / "out" / name).read_bytes(), name)
+
+    def test_what_is_there_is_not_replaced_unasked(self):
+        scene = self.scene()
+        self.run_program("render", scene, "-o", "out")
+        before = (self.folder / "out/results.csv").read_bytes()
+        self.assertIn("results.csv", self.run_program("render", scene, "-o", "out", expect=2).stderr)
+        self.assertEqual((self.folder / "out/results.csv").read_bytes(), before)
+
+    def test_bad_scenes_start_nothing(self):
+        scene = self.scene(ORDER % "blue < white" + "[effect]\n")
+        done = self.run_program("render", scene, "-o", "out", expect=2)
+        self.assertIn('did you mean "blue-2d"', done.stderr)
+        self.assertIn("effects", done.stderr)
+        self.assertFalse((self.folder / "out").exists())
+        self.run_program("render", "none.toml", "-o", "out", expect=2)
+        self.run_program("render", "-o", "out", expect=2)
+        self.assertIn("expect[].order", self.run_program("render", "--help-scene").stdout)
+
+    def test_images_of_anybody_are_a_noise(self):
+        self.run_program("generate", self.write("c.toml", """
+[texture]
+size = { x = 16, y = 16, t = 4 }
+samples = "vector2"
+[filter]
+groups = [ { axes = "xy", kernel = "box", size = 3 } ]
+[optimizer]
+stop = { iterations = 2 }
+"""), "-o", "r.h5")
+        self.run_program("export", "r.h5", "-o", "images")
+        first = sorted((self.folder / "images").glob("*.png"))[0]
+        tail = f'[[noise]]\nname = "ours"\nkind = "file"\nfile = "{first}"\nsamples = "vector2"\n'
+        tail += '[[noise]]\nname = "run"\nkind = "file"\nfile = "r.h5"\n'
+        self.run_program("render", self.scene(tail), "-o", "out", "--set", "effects.integrand.function=circle")
+        errors = {row["noise"]: float(row["rmse"]) for row in self.rows() if row["space"] == "none"}
+        self.assertAlmostEqual(errors["ours"], errors["run"], delta=0.03 * errors["run"])
+
+
+if __name__ == "__main__":
+    support.main()

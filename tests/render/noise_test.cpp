@@ -1,0 +1,127 @@
+#include "noiseloom/render/noise.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "render/scene_support.h"
+
+namespace noiseloom::render {
+namespace {
+
+Noise computed(NoiseKind kind) {
+  NoiseSpec spec;
+  spec.kind = kind;
+  spec.name = "n";
+  return open_noise(spec, "", nullptr);
+}
+
+TEST(Noise, ATextureIsReadAroundItsEdges) {
+  const Noise noise = mask(13, 11, 5);
+  const Move move{.x = 7, .y = 9, .t = 3};
+  NoiseReader reader(noise, move, 1, 40);
+  for (const std::int64_t frame : {0, 1, 4})
+    for (const int y : {0, 1, 12, 30}) {
+      reader.read(y, frame);
+      for (int x = 0; x < 40; ++x) {
+        const auto slice = static_cast<SliceIndex>((frame + 3) % 5);
+        EXPECT_EQ(reader.at(x)(0), noise.texture->slice(slice)[(y + 9) % 11 * 13 + (x + 7) % 13]);
+      }
+    }
+}
+
+TEST(Noise, FurtherValuesLieAtTheOffsetsOfTheShader) {
+  const Noise noise = mask(13, 11, 5);
+  NoiseReader reader(noise, {}, 4, 20);
+  EXPECT_EQ(reader.values(), 4);
+  const TextureRead read{.width = 13, .height = 11, .num_slices = 5, .values = 4};
+  for (const std::int64_t frame : {2, 5, 17}) {
+    reader.read(6, frame);
+    for (int value = 0; value < 4; ++value) {
+      const TextureRead::Place place = read.place(frame, value);
+      EXPECT_EQ(reader.at(3)(value), noise.texture->slice(place.slice)[(6 + place.dy) % 11 * 13 + (3 + place.dx) % 13]);
+    }
+  }
+}
+
+TEST(Noise, ComputedNumbersAreOfTheUnitIntervalAndEven) {
+  for (const NoiseKind kind : {NoiseKind::white, NoiseKind::ign, NoiseKind::sobol_owen, NoiseKind::sobol_rotated}) {
+    const Noise noise = computed(kind);
+    NoiseReader reader(noise, move_of_repeat(5, 3), 6, 64);
+    double sum = 0;
+    double squares = 0;
+    for (int y = 0; y < 64; ++y) {
+      reader.read(y, y % 9);
+      for (int x = 0; x < 64; ++x)
+        for (int i = 0; i < 6; ++i) {
+          const double u = static_cast<double>(reader.at(x)(i));
+          ASSERT_GE(u, 0);
+          ASSERT_LT(u, 1);
+          sum += u;
+          squares += u * u;
+        }
+    }
+    const double n = 64.0 * 64 * 6;
+    EXPECT_NEAR(sum / n, 0.5, 5 * std::sqrt(1 / 12.0 / n));
+    EXPECT_NEAR(squares / n, 1.0 / 3, 5 * std::sqrt(4 / 45.0 / n));
+  }
+}
+
+TEST(Noise, SobolStratifiesEveryPixelOverTheFrames) {
+  for (const NoiseKind kind : {NoiseKind::sobol_owen, NoiseKind::sobol_rotated}) {
+    const Noise noise = computed(kind);
+    NoiseReader reader(noise, move_of_repeat(2, 1), 5, 3);
+    std::vector<std::multiset<int>> strata(5);
+    for (std::int64_t frame = 0; frame < 16; ++frame) {
+      reader.read(8, frame);
+      for (int i = 0; i < 5; ++i)
+        strata[static_cast<std::size_t>(i)].insert(static_cast<int>(16 * static_cast<double>(reader.at(1)(i))));
+    }
+    for (const auto& one : strata) {
+      if (kind == NoiseKind::sobol_owen) {
+        EXPECT_EQ(std::set<int>(one.begin(), one.end()).size(), 16U);
+      } else {
+        EXPECT_GE(std::set<int>(one.begin(), one.end()).size(), 15U);  // rotation may cut two strata
+      }
+    }
+  }
+}
+
+TEST(Noise, GoldenRatioMovesOnAndBeginsAgain) {
+  Noise noise = mask(8, 8, 1);
+  noise.spec.kind = NoiseKind::golden_ratio;
+  noise.spec.slices = 64;
+  NoiseReader reader(noise, {}, 1, 8);
+  const auto at = [&](std::int64_t frame) {
+    reader.read(2, frame);
+    return static_cast<double>(reader.at(5)(0));
+  };
+  const double first = at(0);
+  const double step = at(1) - first;
+  EXPECT_NEAR(step - std::floor(step), 0.6180339887, 1e-6);
+  EXPECT_EQ(at(64), first);
+  EXPECT_NE(at(63), at(64));
+  EXPECT_EQ(at((std::int64_t{1} << 31) + 3), at(3 + (std::int64_t{1} << 31) % 64));
+}
+
+TEST(Noise, RepeatsMoveAllNoisesAlike) {
+  EXPECT_EQ(move_of_repeat(1, 0).x, 0);
+  std::set<std::int64_t> places;
+  for (int repeat = 1; repeat < 50; ++repeat) places.insert(move_of_repeat(1, repeat).x);
+  EXPECT_GT(places.size(), 45U);
+}
+
+TEST(Noise, TexturesOfConfigsAreMadeWhereTheConfigIsNamed) {
+  NoiseSpec spec;
+  spec.kind = NoiseKind::blue_2d;
+  spec.name = "blue-2d";
+  const std::string first = cached_texture(spec, "folder");
+  spec.seed = 2;
+  EXPECT_NE(cached_texture(spec, "folder"), first);
+  EXPECT_EQ(describe_noise(spec).numbers_in_value(), 1);
+}
+
+}  // namespace
+}  // namespace noiseloom::render

@@ -1,0 +1,150 @@
+// Only what a scene calls for is done, and as much of it as was predicted.
+#include "noiseloom/render/passes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "render/scene_support.h"
+
+namespace noiseloom::render {
+namespace {
+
+constexpr const char* everything = R"(
+[image]
+width = 17
+height = 9
+frames = 5
+repeats = 3
+[[noise]]
+kind = "white"
+[[noise]]
+kind = "blue-2d"
+[[noise]]
+kind = "sobol-owen"
+[effects.integrand]
+function = "steps"
+[effects.dither]
+bits = 2
+[effects.transparency]
+alpha = [0.3, 0.5, 0.7]
+staggered = true
+[filter.time]
+kernels = ["ema", "mc"]
+[[filter.space]]
+kernel = "box"
+size = 3
+[[filter.space]]
+kernel = "binomial"
+)";
+
+const PassResult& pass_of(const Result& result, std::string_view name) {
+  const auto found = std::find_if(result.passes.begin(), result.passes.end(),
+                                  [&](const PassResult& one) { return one.planned.pass->name == name; });
+  EXPECT_NE(found, result.passes.end());
+  return *found;
+}
+
+void expect_as_planned(const Result& result) {
+  for (const PassResult& one : result.passes) {
+    EXPECT_EQ(one.calls, one.planned.calls) << one.planned.pass->name;
+    EXPECT_EQ(one.counted, one.planned.work) << one.planned.pass->name;
+    if (!one.planned.on) {
+      EXPECT_EQ(one.calls, 0) << one.planned.pass->name;
+      EXPECT_EQ(one.counted, Counts{}) << one.planned.pass->name;
+      EXPECT_EQ(one.planned.bytes, 0);
+      EXPECT_TRUE(one.planned.why.starts_with("off: ")) << one.planned.why;
+    }
+  }
+}
+
+TEST(Passes, ASceneWithEveryEffectDoesWhatItsPlanSays) {
+  const Result result = rendered(everything);
+  expect_as_planned(result);
+  for (const PassResult& one : result.passes) EXPECT_TRUE(one.planned.on) << one.planned.pass->name;
+  const std::int64_t pixels = 17 * 9 * 5 * 3;
+  EXPECT_EQ(count_of(pass_of(result, "transparency").counted, Work::noise_values), pixels * 3 * 3);
+  EXPECT_EQ(count_of(pass_of(result, "integrand").counted, Work::estimates), pixels * 3);
+  EXPECT_EQ(count_of(pass_of(result, "filter over space").counted, Work::taps), pixels * 3 * 7 * 3 * 12);
+}
+
+TEST(Passes, WhatIsNotNamedIsOff) {
+  Scene scene = scene_of(everything);
+  scene.dither.on = false;
+  scene.time.kernels.clear();
+  scene.outputs.clear();
+  const Result result = rendered(scene);
+  expect_as_planned(result);
+  for (const char* const off : {"picture", "dither", "filter over time", "pictures"})
+    EXPECT_FALSE(pass_of(result, off).planned.on) << off;
+  EXPECT_TRUE(result.pictures.empty());
+  // Without curves and averages the last frame alone is worth anything.
+  EXPECT_EQ(pass_of(result, "integrand").calls, 3 * 3);
+}
+
+TEST(Passes, AFrameThatAnExpectationAsksForIsRendered) {
+  Scene scene = scene_of(everything);
+  scene.time.kernels.clear();
+  scene.outputs.clear();
+  scene.expects.push_back({.order = "white = white", .effect = "dither", .frame = 2});
+  const Result result = rendered(scene);
+  expect_as_planned(result);
+  EXPECT_EQ(pass_of(result, "dither").calls, 2 * 3 * 3);
+  EXPECT_GT(result.square(1, 0, 0, 0, 1), 0);
+}
+
+TEST(Passes, OneEffectLessLeavesTheOthersBytes) {
+  const Result all = rendered(everything);
+  Scene scene = scene_of(everything);
+  scene.integrand.on = false;
+  const Result less = rendered(scene);
+  const auto others = static_cast<std::ptrdiff_t>(all.squares.size() / 3);
+  EXPECT_TRUE(std::equal(less.squares.begin(), less.squares.end(), all.squares.begin() + others));
+  const auto pictures = static_cast<std::ptrdiff_t>(all.pictures.size() / 3);
+  for (std::size_t i = 0; i < less.pictures.size(); ++i)
+    EXPECT_EQ(less.pictures[i].values, all.pictures[i + static_cast<std::size_t>(pictures)].values);
+}
+
+TEST(Passes, ThreadsDoNotChangeABit) {
+  const Result one = rendered(everything, 1);
+  for (const int threads : {2, 5}) {
+    const Result several = rendered(everything, threads);
+    EXPECT_EQ(several.squares, one.squares);
+    for (std::size_t i = 0; i < one.pictures.size(); ++i) EXPECT_EQ(several.pictures[i].values, one.pictures[i].values);
+    EXPECT_EQ(results_csv(several), results_csv(one));
+  }
+}
+
+TEST(Passes, EveryNeedOfThePictureIsNeeded) {
+  const Scene scene = scene_of(everything);
+  const std::vector<Noise> noises = noises_of(scene);
+  ThreadPool pool(1);
+  // A need that is taken from all passes leaves its maker off; whoever reads the data then says so.
+  for (int data = 0; data < num_data; ++data) {
+    std::vector<Pass> passes(all_passes().begin(), all_passes().end());
+    bool changed = false;
+    for (Pass& pass : passes)
+      if (pass.needs.has(static_cast<Data>(data))) {
+        pass.needs.flip(static_cast<Data>(data));
+        changed = true;
+      }
+    if (changed) {
+      EXPECT_THROW(render(scene, noises, pool, passes), std::logic_error) << name_of(static_cast<Data>(data));
+    }
+  }
+}
+
+TEST(Passes, SecondsOfPassesAreThoseOfTheWall) {
+  Scene scene = scene_of(everything);
+  scene.width = 200;
+  scene.height = 150;
+  const Result result = rendered(scene, 1);
+  double sum = 0;
+  for (const PassResult& one : result.passes) sum += one.seconds;
+  EXPECT_LE(sum, result.seconds);
+  EXPECT_GT(sum, 0.8 * result.seconds);  // what is left is storing, and a busy machine
+}
+
+}  // namespace
+}  // namespace noiseloom::render

@@ -1,0 +1,164 @@
+// render: what noises are worth in a scene.
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <climits>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "noiseloom/core/child_process.h"
+#include "noiseloom/core/console.h"
+#include "noiseloom/core/error.h"
+#include "noiseloom/core/parallel.h"
+#include "noiseloom/files/output_files.h"
+#include "noiseloom/render/output.h"
+#include "noiseloom/render/result.h"
+#include "noiseloom_study.h"
+
+namespace noiseloom {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int exit_expectation = 3;
+constexpr int exit_interrupted = 75;
+
+struct RenderArguments {
+  std::string scene;
+  std::string folder;
+  std::string noises;
+  std::vector<std::string> overrides;
+  int threads = 0;
+  bool plan = false;
+  bool overwrite = false;
+  bool help_scene = false;
+};
+
+struct Stopped {};  // a signal came while a texture was made
+
+// Runs `noiseloom generate`, which goes on with what is there and does nothing where that is finished.
+class TextureMaker {
+ public:
+  TextureMaker(std::string program, int threads) : program_(std::move(program)), threads_(threads) {}
+
+  void operator()(const std::string& config, const std::vector<std::string>& changes, const std::string& output) {
+    const bool is_there = fs::exists(output);
+    fs::create_directories(fs::path(output).parent_path());
+    std::string path = config;
+    if (config.find('\n') != std::string::npos) {  // its text
+      path = fs::path(output).replace_extension(".toml").string();
+      OutputFiles files(posix_file_ops(), true);
+      files.write(path, config);
+      files.commit();
+    }
+    if (!is_there) print_error(fmt::format("making {} from {}\n", output, path));
+    std::vector<std::string> words = {program_, "generate", path, "-o", output, "--progress", "none"};
+    for (const std::string& change : changes) words.insert(words.end(), {"--set", change});
+    if (threads_ > 0) words.insert(words.end(), {"--threads", std::to_string(threads_)});
+    if (is_there) words.push_back("--resume");
+    const ChildResult result = run_child(words, std::numeric_limits<double>::infinity(), signals_);
+    if (result.end != ChildResult::End::exited) throw Stopped{};
+    if (result.status != 0)
+      throw EnvironmentError(fmt::format("{}: generate of {} ended with status {}", output, path, result.status));
+  }
+
+ private:
+  std::string program_;
+  int threads_;
+  StopSignals signals_;
+};
+
+std::vector<render::Noise> open_noises(const render::Scene& scene, const RenderArguments& arguments) {
+  const std::string folder =
+      arguments.noises.empty() ? (fs::path(arguments.folder) / "noise").string() : arguments.noises;
+  TextureMaker maker(program_beside(), arguments.threads);
+  std::vector<render::Noise> noises;
+  for (const render::NoiseSpec& spec : scene.noises) {
+    noises.push_back(render::open_noise(spec, folder, std::ref(maker)));
+    for (const std::string& note : noises.back().notes) fmt::print("note: noise \"{}\": {}\n", spec.name, note);
+  }
+  return noises;
+}
+
+int print_expectations(const std::vector<render::ExpectationResult>& results) {
+  bool all_hold = true;
+  for (const render::ExpectationResult& one : results) {
+    fmt::print("{:<9}  {}\n           {}\n", render::to_string(one.outcome), one.text, one.found);
+    all_hold = all_hold && one.outcome == render::Outcome::holds;
+  }
+  return all_hold ? 0 : exit_expectation;
+}
+
+int run_plan(const render::Scene& scene) {
+  std::vector<render::Noise> noises;
+  for (const render::NoiseSpec& spec : scene.noises) noises.push_back(render::describe_noise(spec));
+  fmt::print("{}", render::plan_text(render::plan_passes(render::all_passes(), scene, noises)));
+  return 0;
+}
+
+int run_render(const RenderArguments& arguments) {
+  if (arguments.help_scene) {
+    fmt::print("{}", render::describe_scene_settings());
+    return 0;
+  }
+  if (arguments.scene.empty()) throw UserError("command line", "SCENE.toml is required; see noiseloom render --help");
+  const render::Scene scene = render::load_scene(arguments.scene, arguments.overrides);
+  if (arguments.plan) return run_plan(scene);
+  refuse_unfit_folder(arguments.folder);
+  OutputFiles output(posix_file_ops(), arguments.overwrite);
+  const auto in_folder = [&](const char* name) { return (fs::path(arguments.folder) / name).string(); };
+  output.check({in_folder("results.csv"), in_folder("plan.json")});
+  const std::vector<render::Noise> noises = open_noises(scene, arguments);
+  ThreadPool pool(arguments.threads > 0 ? arguments.threads : num_available_processors());
+  const render::Result result = render::render(scene, noises, pool);
+  render::add_outputs(scene, result, arguments.folder, output);
+  output.commit();
+  std::vector<render::PlannedPass> planned;
+  for (const render::PassResult& pass : result.passes) planned.push_back(pass.planned);
+  fmt::print("{}\n{}\n", render::plan_text(planned), render::results_text(result));
+  const int status = print_expectations(render::check_expectations(scene, result));
+  fmt::print("wrote {}\n", in_folder("results.csv"));
+  return status;
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, int& status) {
+  auto* const command =
+      app.add_subcommand("render", "What noises are worth in a scene: errors against the exact truth");
+  const auto arguments = std::make_shared<RenderArguments>();
+  command->add_option("SCENE", arguments->scene, "Scene (TOML)");
+  command->add_option("-o,--output", arguments->folder, "Folder to write to (made if missing)");
+  command->add_flag("--plan", arguments->plan, "Say which passes would run, why, and what they take; render nothing");
+  command->add_option("--noises", arguments->noises,
+                      "Folder of textures that are made from configs, for several scenes (default DIR/noise)");
+  command->add_option("--set", arguments->overrides, "Override a setting of the scene: image.frames=16")
+      ->allow_extra_args(false);
+  command->add_option("--threads", arguments->threads, "Threads; all processors if not given")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--overwrite", arguments->overwrite, "Replace files that exist");
+  command->add_flag("--help-scene", arguments->help_scene, "Every setting of a scene");
+  command->footer(
+      "A scene names effects, noises and filters. Only what it names is simulated; truth is the exact mean of the "
+      "same\n"
+      "estimate through the same filters, so that errors are those of the noise alone. Textures of configs are made\n"
+      "once and kept. With [[expect]] a scene is a test: the exit status is 3 where an expectation does not hold or "
+      "is\n"
+      "undecided.\n\n"
+      "  noiseloom render configs/scenes/quick.toml -o rendered          then look at rendered/results.csv\n"
+      "  noiseloom render configs/scenes/quick.toml --plan               what it would do\n");
+  command->callback([arguments, &status] {
+    try {
+      status = run_render(*arguments);
+    } catch (const Stopped&) {
+      status = exit_interrupted;
+    }
+  });
+}
+
+}  // namespace noiseloom
