@@ -38,7 +38,7 @@ struct Result {
   std::vector<double> squares;
   std::vector<ResultPicture> truths;    // [effect][filter over space, none first], where pictures are put out
   std::vector<ResultPicture> pictures;  // [effect][noise][stage] of the last frame, where they are put out
-  std::vector<double> bias;             // [effect][stage]: rms of the filtered truth's distance from the truth
+  std::vector<double> bias;             // [effect][stage]: rms distance of the filtered truth from the converged one
   std::vector<PassResult> passes;
   double seconds = 0;  // of the wall
   int threads = 1;
