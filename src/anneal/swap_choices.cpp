@@ -95,22 +95,13 @@ bool wants_features(const OptimizerSpec& optimizer, bool has_factors, std::int64
   return optimizer.method == Method::anneal && optimizer.precision != Precision::float64 && has_factors && cost_much;
 }
 
-namespace {
-
-// Lists of the user's own keep the features, and so the textures, that they had before tails were thought of.
-FeatureMap::Span span_of(const SampleSource& source) {
-  return source.is_file() ? FeatureMap::Span::all : FeatureMap::Span::bulk;
-}
-
-}  // namespace
-
 std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
                                                   const ValueKernel& kernel, const SampleSource& source, int count) {
   const auto own_taps = std::ssize(footprint.slices()[0].taps);
   if (count == 0 || !wants_features(optimizer, footprint.factors().has_value(), footprint.num_taps(), own_taps)) {
     return std::nullopt;
   }
-  return FeatureMap(kernel, count, source.list(0), span_of(source));
+  return FeatureMap(kernel, count, source.list(0));
 }
 
 int num_features(const OptimizerSpec& optimizer, double fraction, bool many) {
@@ -164,7 +155,7 @@ std::optional<FeatureMap> features_of_sieve(const OptimizerSpec& optimizer, cons
                                             const ValueKernel& kernel, const SampleSource& source) {
   const auto own_taps = std::ssize(footprint.slices()[0].taps);
   if (!wants_sieve(optimizer, kernel, Sieve::serves(footprint), own_taps)) return std::nullopt;
-  return FeatureMap(kernel, optimizer.sieve_features, source.list(0), span_of(source));
+  return FeatureMap(kernel, optimizer.sieve_features, source.list(0));
 }
 
 double iterations_per_score(DistanceKind kind, std::int64_t scored_taps, bool in_float, std::int64_t judged_taps) {

@@ -222,7 +222,7 @@ CONFIGS = {
 
 # The number of the algorithm of each method that the checksums below belong to.
 ALGORITHMS = {
-    "anneal": 5,  # anneal_algorithm in include/noiseloom/anneal/swap_optimizer.h
+    "anneal": 6,  # anneal_algorithm in include/noiseloom/anneal/swap_optimizer.h
     "fast": 2,  # fast_algorithm, there too
     "void-and-cluster": 2,  # void_and_cluster_algorithm in include/noiseloom/construct/void_and_cluster.h
     "construct": 2,  # construct_algorithm in include/noiseloom/construct/slice_construction.h
@@ -250,7 +250,7 @@ CHECKSUMS = {
     "exponential, annealed": ("7e5399dc309719a3",),
     "cone, a narrow one, product over a deep axis": ("fd6174763b6c7e05",),
     "ggx, product over a deep axis": ("d92cc8d99f928cea",),
-    "ggx, smooth and grazing, product over a deep axis": ("3f8b2a0b0ac5f0c9",),
+    "ggx, smooth and grazing, product over a deep axis": ("f844e4045710ec1c",),
     "ring": ("ba5da8254e94d41c",),
     "hexagon": ("0b5159e3ec547b3c",),
     "star of three points": ("2441dde883d233fb",),

@@ -8,9 +8,11 @@
 //
 // f are functions that are cheap to evaluate: products of cosines cos(k pi x) over the bounding box of the samples
 // (scalars, vectors), cos and sin(2 pi k x) (circle), monomials (directions); of the kernel -d, odd ones where even
-// ones vanish, and even ones of axes. A is the least-squares fit over all pairs of a subset of the samples, so that any
-// distribution is served. For uniform scalars it is known in closed form: -|a - b| = sum_n 4 cos(n pi a) cos(n pi b) /
-// (n pi)^2 + ..., of which the tail after N terms holds 6 / (pi^2 N) of the variance.
+// ones vanish, and even ones of axes. Of a channel with far tails the box spans the bulk alone, as a box that the tails
+// stretch leaves the bulk unresolved. A is the least-squares fit over all pairs of a subset of the samples, in which
+// peaks and what lies far from them both have their share, so that any distribution is served. For uniform scalars it
+// is known in closed form: -|a - b| = sum_n 4 cos(n pi a) cos(n pi b) / (n pi)^2 + ..., of which the tail after N terms
+// holds 6 / (pi^2 N) of the variance.
 #pragma once
 
 #include <cstdint>
@@ -23,13 +25,9 @@ namespace noiseloom {
 
 class FeatureMap {
  public:
-  // What the cosines span: all samples; or of a channel with far tails the bulk alone, as a box that the tails stretch
-  // leaves the bulk unresolved.
-  enum class Span { all, bulk };
-
   // `most_features` features at most (fewer where the space has fewer). list: samples, interleaved; at least one. Pure,
   // in double.
-  FeatureMap(const ValueKernel& kernel, int most_features, std::span<const float> list, Span span = Span::all);
+  FeatureMap(const ValueKernel& kernel, int most_features, std::span<const float> list);
 
   // A feature is a product of at most max_factors entries of the tables of its sample.
   static constexpr int max_factors = 8;
@@ -56,7 +54,7 @@ class FeatureMap {
   std::vector<double> features(const float* sample) const;
 
  private:
-  void span_list(std::span<const float> list, Span span);
+  void span_list(std::span<const float> list);
   void choose_features(const ValueKernel& kernel, int most_features);
   void fit(const ValueKernel& kernel, std::span<const float> list);
 

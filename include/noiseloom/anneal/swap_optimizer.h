@@ -37,11 +37,12 @@ namespace noiseloom {
 //   features between slices
 //   4, anneal alone: these have more features where other slices count much, not elsewhere
 //   5, anneal alone: rounds of slices that do not act on each other end in the cold
-inline constexpr std::int64_t anneal_algorithm = 5;
+//   6, anneal alone: features are fitted to peaks and to far samples alike, and lists of users span their bulk too
+inline constexpr std::int64_t anneal_algorithm = 6;
 inline constexpr std::int64_t fast_algorithm = 2;
 
 // Of a slice: the id of the sample of every cell.
-using PermutationOf = std::function<std::vector<std::uint32_t>(SliceIndex)>;
+using PermutationOf = std::function<Permutation(SliceIndex)>;
 
 // Of the last sweep.
 struct SweepFigures {
@@ -119,9 +120,9 @@ class SwapOptimizer {
 
   // Where the run began with a given arrangement: that of an own slice.
   bool has_given() const;
-  const std::vector<std::uint32_t>& given_permutation(SliceIndex slice) const;
+  const Permutation& given_permutation(SliceIndex slice) const;
   // Of an own slice: ids by cell, and samples interleaved [y][x][channel].
-  const std::vector<std::uint32_t>& permutation(SliceIndex slice) const;
+  const Permutation& permutation(SliceIndex slice) const;
   std::vector<float> samples(SliceIndex slice) const;
 
  private:
