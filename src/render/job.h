@@ -2,6 +2,7 @@
 // frame. Jobs do not depend on each other, so that they run on any number of threads and give the same bytes.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -39,6 +40,8 @@ struct Shared {
   Made<Hits> hits = {};
   Made<std::vector<EdgeWeights>> edge_weights = {};  // of each filter over space; empty where it knows no edges
   Made<std::vector<std::vector<Truth>>> truth = {};  // [effect][repeat], one repeat where all have the same
+
+  Made<std::vector<std::optional<double>>> predictions = {};  // [noise][stage]
 
   // The pass that runs, or where a job asks, that of the effect.
   std::string_view pass_or(std::string_view effect) const { return pass.empty() ? effect : pass; }

@@ -8,6 +8,7 @@
 #include "render/filter_passes.h"
 #include "render/frames.h"
 #include "render/job.h"
+#include "render/prediction.h"
 #include "render/scene_sizes.h"
 
 namespace noiseloom::render {
@@ -84,6 +85,17 @@ std::int64_t bytes_of_weights(const Scene& scene, std::span<const Noise>) {
     taps += filter.edges.empty() ? 0 : across * across;
   }
   return 4 * pixels_of(scene) * taps;
+}
+
+// What scores promise.
+
+void predict(Shared& shared) {
+  const std::vector<Noise>& noises = *shared.noises.get(Data::noises, shared.pass);
+  auto& predictions = shared.predictions.make();
+  for (const Noise& noise : noises) {
+    const auto ratios = predicted_ratios(noise, shared.scene, shared.stages, shared.pool);
+    predictions.insert(predictions.end(), ratios.begin(), ratios.end());
+  }
 }
 
 // The truth, before and after every filter over space.
@@ -251,6 +263,16 @@ constexpr Pass pass_table[] = {
      nullptr,
      work_of_truth,
      bytes_of_truth},
+    {"predictions",
+     {Data::noises},
+     {Data::predictions},
+     [](const Scene& scene) -> std::string {
+       return scene.puts_out("predictions") ? applies : "image.outputs has no predictions";
+     },
+     predict,
+     nullptr,
+     no_work,
+     [](const Scene&, std::span<const Noise>) { return std::int64_t{0}; }},
     {"integrand",
      {Data::noises},
      {Data::estimate},

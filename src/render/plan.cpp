@@ -64,6 +64,7 @@ std::vector<PlannedPass> plan_passes(std::span<const Pass> passes, const Scene& 
   for (const Pass& pass : passes)
     planned.push_back({.pass = &pass, .on = false, .why = "", .calls = 0, .work = {}, .bytes = 0});
   DataSet wanted = {Data::errors};
+  if (scene.puts_out("predictions")) wanted.add({Data::predictions});
   if (scene.puts_out("images")) wanted.add({Data::pictures});
   for (auto one = planned.rbegin(); one != planned.rend(); ++one) {
     const Pass& pass = *one->pass;

@@ -144,6 +144,7 @@ Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& 
   Jobs jobs(shared, result);
   pool.for_each(static_cast<std::int64_t>(curves), [&](std::int64_t number, int) { jobs.run(number); });
   store_truth(shared, result);
+  if (scene.puts_out("predictions")) result.predictions = shared.predictions.get(Data::predictions, "results");
   result.seconds = watch.seconds();
   return result;
 }

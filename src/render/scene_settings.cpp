@@ -17,6 +17,7 @@ constexpr double largest_size = 8192;
 constexpr Word output_words[] = {
     {"curves", "the error of every frame: curves.csv", "plots csv"},
     {"images", "the last frame after every filter, and its error", "pictures png"},
+    {"predictions", "beside each error what the score of the texture promises", "score r sqrt-r"},
 };
 
 constexpr Word time_words[] = {{"frame", "each frame alone", "none raw"},

@@ -17,6 +17,7 @@ width = 17
 height = 9
 frames = 5
 repeats = 3
+outputs = ["curves", "images", "predictions"]
 [[noise]]
 kind = "white"
 [[noise]]
@@ -85,7 +86,7 @@ TEST(Passes, WhatIsNotNamedIsOff) {
   scene.outputs.clear();
   const Result result = rendered(scene);
   expect_as_planned(result);
-  for (const char* const off : {"picture", "dither", "filter over time", "pictures"})
+  for (const char* const off : {"picture", "dither", "predictions", "filter over time", "pictures"})
     EXPECT_FALSE(pass_of(result, off).planned.on) << off;
   EXPECT_TRUE(result.pictures.empty());
   // Without curves and averages the last frame alone is worth anything.

@@ -146,10 +146,10 @@ TEST(Surface, EstimatesFromDirectionsAreUnbiased) {
     const SampleSource source(samples, 32 * 32, 300, 7);
     for (SliceIndex slice = 0; slice < 300; ++slice) {
       const std::vector<float> list = source.list(slice);
-      const std::vector<std::uint32_t> order = start_permutation(3, slice, 32 * 32);
+      const auto order = start_permutation(3, slice, 32 * 32);
       std::vector<float> places;
-      for (const std::uint32_t id : order)
-        for (std::size_t c = 0; c < 3; ++c) places.push_back(list[3 * id + c]);
+      for (const auto id : order)
+        for (std::size_t c = 0; c < 3; ++c) places.push_back(list[3 * std::size_t{id.value()} + c]);
       interleaved_to_planar(places, 3, texture.slice(slice));
     }
     Noise noise = mask(1, 1, 1, "directions");

@@ -34,9 +34,10 @@ enum class Data : std::uint8_t {
   accumulated,
   filtered,
   errors,
-  pictures
+  pictures,
+  predictions
 };
-inline constexpr int num_data = 14;
+inline constexpr int num_data = 15;
 std::string_view name_of(Data data);
 
 class DataSet {
