@@ -1,6 +1,7 @@
 // Construction and then annealing: of a construction that has a stop rule.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <utility>
@@ -36,7 +37,7 @@ class ConstructAnnealJob : public Job {
     if (!construction_->finished()) return construction_->step(run_s);
     std::map<SliceIndex, std::vector<std::uint32_t>> places = construction_->places();
     take_up_annealing();
-    annealing_->start_from([&](SliceIndex slice) { return std::move(places.at(slice)); }, run_s);
+    annealing_->start_from([&](SliceIndex slice) { return permutation_of(std::move(places.at(slice))); }, run_s);
   }
   bool finished() const override { return annealing_ && annealing_->finished(); }
   std::string save(const SaveTarget& target) override { return part().save(target); }
@@ -53,6 +54,13 @@ class ConstructAnnealJob : public Job {
   std::vector<std::pair<std::string, std::string>> summary(double run_s) override { return part().summary(run_s); }
 
  private:
+  // The place of a pixel is the sample that it gets.
+  static Permutation permutation_of(std::vector<std::uint32_t> places) {
+    Permutation samples(places.size());
+    std::transform(places.begin(), places.end(), samples.begin(), [](std::uint32_t place) { return SampleId(place); });
+    return samples;
+  }
+
   Job& part() const { return annealing_ ? static_cast<Job&>(*annealing_) : *construction_; }
   // The memory of the first part is given back before the second takes its own.
   void take_up_annealing() {

@@ -120,9 +120,9 @@ std::string SwapJob::given_words() const {
     const std::vector<float> samples = optimizer_->samples(slice);
     std::vector<float> sorted(samples.size());
     std::size_t cell = 0;
-    for (const std::uint32_t id : optimizer_->permutation(slice)) {
+    for (const SampleId id : optimizer_->permutation(slice)) {
       std::copy_n(samples.begin() + static_cast<std::ptrdiff_t>(cell++ * channels), channels,
-                  sorted.begin() + static_cast<std::ptrdiff_t>(id * channels));
+                  sorted.begin() + static_cast<std::ptrdiff_t>(id.value() * channels));
     }
     const auto add = [&](std::int64_t& sum, const std::vector<float>& values) {
       sum = static_cast<std::int64_t>(static_cast<std::uint64_t>(sum) + digest_of(std::as_bytes(std::span(values))));

@@ -38,12 +38,12 @@ void expect_samples_kept(const SwapOptimizer& engine, const SampleSource& source
   for (SliceIndex slice = 0; slice < source.num_slices(); ++slice) {
     const std::vector<float> list = source.list(slice);
     const std::vector<float> samples = engine.samples(slice);
-    const std::vector<std::uint32_t>& ids = engine.permutation(slice);
+    const Permutation& ids = engine.permutation(slice);
     std::vector<bool> seen(list.size() / channels);
     ASSERT_EQ(ids.size(), seen.size());
     for (std::size_t k = 0; k < samples.size(); ++k) {
-      EXPECT_EQ(samples[k], list[ids[k / channels] * channels + k % channels]) << "slice " << slice;
-      seen[ids[k / channels]] = true;
+      EXPECT_EQ(samples[k], list[ids[k / channels].value() * channels + k % channels]) << "slice " << slice;
+      seen[ids[k / channels].value()] = true;
     }
     EXPECT_EQ(std::count(seen.begin(), seen.end(), true), std::ssize(seen)) << "slice " << slice;
   }
