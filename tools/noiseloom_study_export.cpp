@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "noiseloom/core/console.h"
+#include "noiseloom/image/consumers.h"
 #include "noiseloom/image/export.h"
 #include "noiseloom/image/export_importance.h"
 #include "noiseloom_study.h"
@@ -40,11 +41,11 @@ void run_importance(const ExportArguments& arguments) {
   const ExportOptions& options = arguments.options;
   std::vector<Fault> faults;
   for (const auto& [option, value] : {std::pair("--format", options.format), std::pair("--layout", options.layout),
-                                      std::pair("--depth", options.depth), std::pair("--channels", options.channels),
-                                      std::pair("--naming", options.naming), std::pair("--slices", options.slices),
-                                      std::pair("--range", options.range), std::pair("--threshold", options.threshold),
-                                      std::pair("--pdf", options.density), std::pair("--values", options.values),
-                                      std::pair("--read", options.read)}) {
+                                      std::pair("--depth", options.depth), std::pair("--for", options.consumer),
+                                      std::pair("--channels", options.channels), std::pair("--naming", options.naming),
+                                      std::pair("--slices", options.slices), std::pair("--range", options.range),
+                                      std::pair("--threshold", options.threshold), std::pair("--pdf", options.density),
+                                      std::pair("--values", options.values), std::pair("--read", options.read)}) {
     if (!value.empty()) {
       faults.push_back(
           {"command line", fmt::format("{} {}: does not go with --importance, which writes one PNG a frame "
@@ -72,10 +73,11 @@ void add_export(CLI::App& app) {
   const auto arguments = std::make_shared<ExportArguments>();
   ExportOptions& options = arguments->options;
   command->add_option("RUN.h5", arguments->file, "Run file");
-  command
-      ->add_option("-o,--output", options.output,
-                   "A file, a folder (made if missing), or a pattern such as out/noise_{slice:03}.png")
-      ->required();
+  command->add_option("-o,--output", options.output,
+                      "A file, a folder (made if missing), or a pattern such as out/noise_{slice:03}.png");
+  command->add_option("--for", options.consumer,
+                      "A program that is to read the files, such as unreal, godot or bevy: it decides format, layout, "
+                      "channels and\nnames. --for help lists them");
   command->add_option("--format", options.format,
                       container_names() + "; from the ending of the output if not given, else png");
   command->add_option(
@@ -134,10 +136,15 @@ void add_export(CLI::App& app) {
       "  noiseloom export run.h5 -o noise.png --layout strip --depth 16    all slices, one under the other\n"
       "  noiseloom export run.h5 -o noise.exr --layout exr-multipart       floats, one part a slice\n"
       "  noiseloom export run.h5 -o noise.ktx2 --channels RGBA             a texture of as many layers as slices\n"
+      "  noiseloom export run.h5 -o textures/ --for unreal                 as Unreal Engine takes it\n"
       "  noiseloom export run.h5 -o noise.hlsl --layout function           shader code that reads such a texture\n"
       "  noiseloom export mask.h5 -o points/ --threshold 0.1               the earliest tenth of the pixels, as "
       "points\n");
   command->callback([arguments] {
+    if (arguments->options.consumer == "help") {
+      fmt::print("{}", consumers_table());
+      return;
+    }
     // `--pdf run.h5`, where the option stands alone and the file follows it.
     const std::string& density = arguments->options.density;
     const bool is_word = density.empty() || density == "alpha" || density == "separate" || density == "none";
@@ -145,6 +152,8 @@ void add_export(CLI::App& app) {
       arguments->file = std::exchange(arguments->options.density, "alpha");
     }
     if (arguments->file.empty()) throw UserError("command line", "RUN.h5 is required; see noiseloom export --help");
+    if (arguments->options.output.empty())
+      throw UserError("command line", "--output is required; see noiseloom export --help");
     if (!arguments->importance.empty()) return run_importance(*arguments);
     run_export(arguments->file, arguments->options);
   });

@@ -29,24 +29,22 @@ std::vector<SliceIndex> HeldSlices::indices() const {
   return slices;
 }
 
-void HeldSlices::fill(const SampleSource& source,
-                      const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation_of) {
+void HeldSlices::fill(const SampleSource& source, const std::function<Permutation(SliceIndex)>& permutation_of) {
   const std::vector<SliceIndex> slices = indices();
   for (const SliceIndex slice : slices) fields_.emplace(slice, layout_);
   lay_out(slices, source, permutation_of);
 }
 
-void HeldSlices::put_back(const SampleSource& source,
-                          const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation_of) {
+void HeldSlices::put_back(const SampleSource& source, const std::function<Permutation(SliceIndex)>& permutation_of) {
   const IndexRange<SliceIndex> own = distribution_.own_slices();
   lay_out({own.begin(), own.end()}, source, permutation_of);
 }
 
 void HeldSlices::lay_out(const std::vector<SliceIndex>& slices, const SampleSource& source,
-                         const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation_of) {
+                         const std::function<Permutation(SliceIndex)>& permutation_of) {
   pool_.for_each(std::ssize(slices), [&](std::int64_t index, int) {
     const SliceIndex slice = slices[static_cast<std::size_t>(index)];
-    std::vector<std::uint32_t> ids = permutation_of(slice);
+    Permutation ids = permutation_of(slice);
     fields_.at(slice).fill(ids, source.list(slice));
     if (owns(slice)) permutations_[distribution_.local_slice_from_global(slice)] = std::move(ids);
   });
@@ -54,7 +52,7 @@ void HeldSlices::lay_out(const std::vector<SliceIndex>& slices, const SampleSour
 
 void HeldSlices::carry_out(SliceIndex slice, std::span<const Swap> swaps) {
   SliceField& field = fields_.at(slice);
-  std::vector<std::uint32_t>& ids = permutations_[distribution_.local_slice_from_global(slice)];
+  Permutation& ids = permutations_[distribution_.local_slice_from_global(slice)];
   for (const Swap& swap : swaps) {
     field.swap(swap.a, swap.b);
     std::swap(ids[swap.a], ids[swap.b]);

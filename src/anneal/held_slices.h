@@ -36,18 +36,17 @@ class HeldSlices {
   std::vector<SliceIndex> indices() const;
 
   // Lays the samples of every held slice out as `permutation_of` says. Before all that follows.
-  void fill(const SampleSource& source, const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation_of);
+  void fill(const SampleSource& source, const std::function<Permutation(SliceIndex)>& permutation_of);
   const SliceField& field(SliceIndex slice) const { return fields_.at(slice); }
   FieldOf fields() const {
     return [this](SliceIndex slice) -> const SliceField& { return fields_.at(slice); };
   }
-  const std::vector<std::uint32_t>& permutation(SliceIndex slice) const {
+  const Permutation& permutation(SliceIndex slice) const {
     return permutations_[distribution_.local_slice_from_global(slice)];
   }
 
   // Lays own slices out anew. Copies of them stay as they are.
-  void put_back(const SampleSource& source,
-                const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation_of);
+  void put_back(const SampleSource& source, const std::function<Permutation(SliceIndex)>& permutation_of);
 
   // Swaps of an own slice. Calls for different cells may run at the same time.
   void carry_out(SliceIndex slice, std::span<const Swap> swaps);
@@ -61,7 +60,7 @@ class HeldSlices {
 
  private:
   void lay_out(const std::vector<SliceIndex>& slices, const SampleSource& source,
-               const std::function<std::vector<std::uint32_t>(SliceIndex)>& permutation_of);
+               const std::function<Permutation(SliceIndex)>& permutation_of);
 
   ThreadPool& pool_;
   const FieldLayout& layout_;
@@ -69,7 +68,7 @@ class HeldSlices {
   HaloPlan halo_;
   HaloExchange exchange_;
   std::map<SliceIndex, SliceField> fields_;
-  IndexedVector<LocalSlice, std::vector<std::uint32_t>> permutations_;
+  IndexedVector<LocalSlice, Permutation> permutations_;
 };
 
 }  // namespace noiseloom

@@ -51,10 +51,10 @@ void SliceField::swap(Cell a, Cell b) {
   set(b, sample_a);
 }
 
-void SliceField::fill(std::span<const std::uint32_t> permutation, std::span<const float> list) {
+void SliceField::fill(std::span<const SampleId> permutation, std::span<const float> list) {
   for (std::size_t cell = 0; cell < permutation.size(); ++cell) {
     set(static_cast<Cell>(cell),
-        list.data() + std::size_t{permutation[cell]} * static_cast<std::size_t>(layout_.channels));
+        list.data() + std::size_t{permutation[cell].value()} * static_cast<std::size_t>(layout_.channels));
   }
 }
 

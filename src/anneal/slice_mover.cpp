@@ -36,7 +36,7 @@ AnnealMover::AnnealMover(std::unique_ptr<SwapDelta> delta) : delta_(std::move(de
 namespace {
 
 struct CellId {
-  std::uint32_t id;
+  SampleId id;
   std::uint32_t cell;
 };
 
@@ -45,9 +45,9 @@ struct CellId {
 void sort_by_id(std::vector<CellId>& cells, std::vector<CellId>& sorted) {
   constexpr int digit_bits = 12;
   const std::uint32_t most =
-      std::max_element(cells.begin(), cells.end(), [](CellId a, CellId b) { return a.id < b.id; })->id;
+      std::max_element(cells.begin(), cells.end(), [](CellId a, CellId b) { return a.id < b.id; })->id.value();
   for (int shift = 0; shift < 32 && most >> shift != 0; shift += digit_bits) {
-    const auto digit = [shift](CellId entry) { return (entry.id >> shift) & ((1U << digit_bits) - 1); };
+    const auto digit = [shift](CellId entry) { return (entry.id.value() >> shift) & ((1U << digit_bits) - 1); };
     std::array<std::uint32_t, (1U << digit_bits) + 1> begin{};
     for (const CellId entry : cells) ++begin[digit(entry) + 1];
     for (std::size_t k = 1; k < begin.size(); ++k) begin[k] += begin[k - 1];
@@ -58,9 +58,9 @@ void sort_by_id(std::vector<CellId>& cells, std::vector<CellId>& sorted) {
 
 }  // namespace
 
-std::vector<std::uint32_t> cells_by_id(const FieldLayout& slice, Corner corner, const FieldLayout& window,
-                                       std::span<const std::uint32_t> permutation) {
-  std::vector<std::uint32_t> by_id(static_cast<std::size_t>(window.width * window.height));
+IndexedVector<SampleId, std::uint32_t> cells_by_id(const FieldLayout& slice, Corner corner, const FieldLayout& window,
+                                                   std::span<const SampleId> permutation) {
+  IndexedVector<SampleId, std::uint32_t> by_id(static_cast<std::size_t>(window.width * window.height));
   if (window.whole()) {
     for (std::size_t cell = 0; cell < by_id.size(); ++cell) by_id[permutation[cell]] = static_cast<std::uint32_t>(cell);
     return by_id;
@@ -79,10 +79,11 @@ std::vector<std::uint32_t> cells_by_id(const FieldLayout& slice, Corner corner, 
   return by_id;
 }
 
-void AnnealMover::load(const Visit& visit, const SliceField& field, std::span<const std::uint32_t> permutation) {
+void AnnealMover::load(const Visit& visit, const SliceField& field, std::span<const SampleId> permutation) {
   cell_of_ = cells_by_id(field.layout(), visit.corner, delta_->layout(), permutation);
   id_at_.resize(cell_of_.size());
-  for (std::size_t id = 0; id < cell_of_.size(); ++id) id_at_[cell_of_[id]] = static_cast<std::uint32_t>(id);
+  std::uint32_t id = 0;
+  for (const std::uint32_t cell : cell_of_) id_at_[cell] = SampleId(id++);
 }
 
 void AnnealMover::draw(const Visit& visit, std::uint64_t first, std::uint64_t end, const PartnerDraw& partners,
@@ -196,8 +197,7 @@ void AnnealMover::move_sieved(const Range& range, VisitResult& result) {
 }
 
 VisitResult AnnealMover::visit(const Visit& visit, double temperature, const PartnerDraw& partners,
-                               const SliceField& field, std::span<const std::uint32_t> permutation,
-                               const FieldOf& others) {
+                               const SliceField& field, std::span<const SampleId> permutation, const FieldOf& others) {
   load(visit, field, permutation);
   delta_->bind(visit.slice, visit.corner, field, others);
   VisitResult result;
@@ -217,7 +217,7 @@ VisitResult AnnealMover::visit(const Visit& visit, double temperature, const Par
 }
 
 double AnnealMover::mean_magnitude(const Visit& visit, std::int64_t count, const PartnerDraw& partners,
-                                   const SliceField& field, std::span<const std::uint32_t> permutation,
+                                   const SliceField& field, std::span<const SampleId> permutation,
                                    const FieldOf& others) {
   load(visit, field, permutation);
   delta_->bind(visit.slice, visit.corner, field, others);

@@ -102,7 +102,7 @@ std::int64_t SwapOptimizer::iterations_per_sweep(bool cold) const {
 }
 
 void SwapOptimizer::Impl::keep_given(const PermutationOf& permutation) {
-  given = IndexedVector<LocalSlice, std::vector<std::uint32_t>>(static_cast<std::size_t>(slices.num_own()));
+  given = IndexedVector<LocalSlice, Permutation>(static_cast<std::size_t>(slices.num_own()));
   for (const SliceIndex slice : slices.distribution().own_slices()) {
     given[slices.distribution().local_slice_from_global(slice)] = permutation(slice);
   }
@@ -208,11 +208,9 @@ std::int64_t SwapOptimizer::bytes_sent() const { return impl_->slices.exchange()
 std::int64_t SwapOptimizer::messages_sent() const { return impl_->slices.exchange().messages_sent(); }
 std::int64_t SwapOptimizer::candidates_done() const { return impl_->candidates_done + impl_->own_candidates; }
 
-const std::vector<std::uint32_t>& SwapOptimizer::permutation(SliceIndex slice) const {
-  return impl_->slices.permutation(slice);
-}
+const Permutation& SwapOptimizer::permutation(SliceIndex slice) const { return impl_->slices.permutation(slice); }
 
-const std::vector<std::uint32_t>& SwapOptimizer::given_permutation(SliceIndex slice) const {
+const Permutation& SwapOptimizer::given_permutation(SliceIndex slice) const {
   return impl_->given[distribution().local_slice_from_global(slice)];
 }
 

@@ -38,7 +38,7 @@ struct SwapOptimizer::Impl {
   std::optional<FloatScore> float_score;  // where it is exact enough
 
   // The permutations of own slices that the run began with, where it was given them.
-  IndexedVector<LocalSlice, std::vector<std::uint32_t>> given;
+  IndexedVector<LocalSlice, Permutation> given;
 
   // What a step changes, beside the slices.
   SwapState state;

@@ -45,7 +45,7 @@ void SweepMovers::prepare(double steps_at, double features_at) {
 }
 
 VisitResult SweepMovers::visit(const Visit& visit, double heat, const SliceField& field,
-                               std::span<const std::uint32_t> permutation, const FieldOf& others, int worker) {
+                               std::span<const SampleId> permutation, const FieldOf& others, int worker) {
   const auto thread = static_cast<std::size_t>(worker);
   if (optimizer_.method == Method::fast) return pairing_movers_[thread].visit(visit, heat, field, others);
   return anneal_movers_[thread].visit(visit, heat, partners_, field, permutation, others);
@@ -56,7 +56,7 @@ void SweepMovers::recycle(std::vector<Swap> swaps, int worker) {
 }
 
 double SweepMovers::mean_magnitude(const Visit& visit, std::int64_t count, const SliceField& field,
-                                   std::span<const std::uint32_t> permutation, const FieldOf& others) {
+                                   std::span<const SampleId> permutation, const FieldOf& others) {
   return anneal_movers_.front().mean_magnitude(visit, count, partners_, field, permutation, others);
 }
 

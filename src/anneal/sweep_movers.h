@@ -28,13 +28,13 @@ class SweepMovers {
   void prepare(double steps_at, double features_at);
 
   // Visits a tile of a slice, in the thread `worker`. `heat`: the temperature, or gamma with the paper's method.
-  VisitResult visit(const Visit& visit, double heat, const SliceField& field,
-                    std::span<const std::uint32_t> permutation, const FieldOf& others, int worker);
+  VisitResult visit(const Visit& visit, double heat, const SliceField& field, std::span<const SampleId> permutation,
+                    const FieldOf& others, int worker);
   // Memory for the swaps of the next visit in that thread.
   void recycle(std::vector<Swap> swaps, int worker);
   // anneal: mean |dE| of `count` candidates of a visit, none of them carried out.
   double mean_magnitude(const Visit& visit, std::int64_t count, const SliceField& field,
-                        std::span<const std::uint32_t> permutation, const FieldOf& others);
+                        std::span<const SampleId> permutation, const FieldOf& others);
 
  private:
   void make_movers();

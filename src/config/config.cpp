@@ -1,5 +1,6 @@
 #include "noiseloom/config/config.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -72,8 +73,14 @@ std::string to_toml(const RunConfig& config) {
 VacSpec vac_spec(const RunConfig& config) {
   VacSpec spec;
   spec.extents = config.problem.extents;
-  for (const GroupSpec& group : config.problem.filter.groups) {
-    spec.groups.push_back({group.axes, group.kernel.sigma, group.kernel.box_axes, group.kernel.box_size});
+  const std::vector<GroupSpec>& groups = config.problem.filter.groups;
+  const auto [least, largest] = std::minmax_element(
+      groups.begin(), groups.end(), [](const GroupSpec& a, const GroupSpec& b) { return a.weight < b.weight; });
+  for (const GroupSpec& group : groups) {
+    // Shares of three groups and of many more cannot be written as equal numbers that add up to 1.
+    const bool equal = largest->weight - least->weight < 2e-6;
+    spec.groups.push_back({group.axes, group.kernel.sigma, group.kernel.box_axes, group.kernel.box_size,
+                           equal ? 1 : group.weight / largest->weight});
   }
   if (!config.order.bounded.empty()) {
     spec.toroidal.assign(static_cast<std::size_t>(spec.extents.num_axes()), true);

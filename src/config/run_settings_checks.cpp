@@ -91,7 +91,7 @@ void check_boxes(Reader& reader, const Found& found) {
   }
 }
 
-// Void and cluster makes one order, of scalars, with the energy of Gaussians of equal weight.
+// Void and cluster makes one order, of scalars, with the energy of Gaussians.
 constexpr std::string_view with = "with method = \"void-and-cluster\" ";
 
 void check_order_combine(Reader& reader, const Value& root) {
@@ -106,8 +106,7 @@ void check_order_combine(Reader& reader, const Value& root) {
   }
 }
 
-void check_order_group(Reader& reader, const Value& value, const GroupSpec& group, double share,
-                       const std::string& shown) {
+void check_order_group(Reader& reader, const Value& value, const GroupSpec& group, const std::string& shown) {
   const Value* kernel = find_at(value, "kernel");
   if (is_other_word(kernel, reader.kind().row("filter.groups[].kernel"), "gauss-energy")) {
     reader.fault(*kernel, shown + "kernel", fmt::format("{}it must be \"gauss-energy\"", with));
@@ -115,10 +114,6 @@ void check_order_group(Reader& reader, const Value& value, const GroupSpec& grou
   const Value* sigma = find_at(value, "sigma");
   if (sigma != nullptr && group.kernel.kind == KernelKind::gauss_energy && group.kernel.sigma > max_sigma) {
     reader.fault(*sigma, shown + "sigma", fmt::format("{}must be at most {}", with, max_sigma));
-  }
-  const Value* weight = find_at(value, "weight");
-  if (weight != nullptr && group.weight > 0 && std::abs(group.weight - share) > 1e-6) {
-    reader.fault(*weight, shown + "weight", fmt::format("{}all groups weigh the same: leave the weights out", with));
   }
 }
 
@@ -254,9 +249,8 @@ void check_method(Reader& reader, const Value& root, const Owners& owners) {
   const Value* groups = find_at(root, "filter.groups");
   if (groups == nullptr || groups->array() == nullptr || groups->array()->empty()) return;
   check_order_combine(reader, root);
-  const double share = 1.0 / static_cast<double>(groups->array()->size());
   for (std::size_t i = 0; i < groups->array()->size(); ++i) {
-    check_order_group(reader, (*groups->array())[i], config.problem.filter.groups[i], share,
+    check_order_group(reader, (*groups->array())[i], config.problem.filter.groups[i],
                       fmt::format("filter.groups[{}].", i));
   }
 }

@@ -152,7 +152,7 @@ VacKernel::VacKernel(const VacSpec& spec) {
   double sum = 0;
   for (const VacGroup& group : spec.groups) {
     groups.push_back(group_axes(spec, group));
-    sum += kernel_sum(groups.back());
+    sum += group.weight * kernel_sum(groups.back());
   }
   constexpr double limit = 0x1p31;
   scale_log2_ = 30;
@@ -162,8 +162,8 @@ VacKernel::VacKernel(const VacSpec& spec) {
     groups_.clear();
     weight_sum_ = 0;
     std::uint64_t num_same_pixel = 0;
-    for (const GroupAxes& group : groups) {
-      groups_.push_back(group_kernel(group, std::ldexp(1.0, scale_log2_)));
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      groups_.push_back(group_kernel(groups[g], std::ldexp(spec.groups[g].weight, scale_log2_)));
       for (const std::size_t i : groups_.back().same_pixel) groups_.back().weights[i] = 0;
       num_same_pixel += groups_.back().same_pixel.size();
       for (const std::uint32_t weight : groups_.back().weights) weight_sum_ += weight;

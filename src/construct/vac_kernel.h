@@ -1,9 +1,9 @@
 // The weights of void and cluster in fixed point, cut into rows.
 //
-// A weight is round(2^b * K) of one group at one offset. b is the largest of at most 30 for which the weights of all
-// offsets of all groups together add up to less than 2^31. An energy is a sum of such weights over distinct offsets, so
-// it stays below 2^31 whichever pixels are on, and bit 31 of a 32-bit word is free for a flag. Weights that round to
-// zero are cut.
+// A weight is round(2^b * K) of one group at one offset, the weight of the group in K. b is the largest of at most 30
+// for which the weights of all offsets of all groups together add up to less than 2^31. An energy is a sum of such
+// weights over distinct offsets, so it stays below 2^31 whichever pixels are on, and bit 31 of a 32-bit word is free
+// for a flag. Weights that round to zero are cut.
 #pragma once
 
 #include <array>

@@ -40,6 +40,9 @@ void check_vac_spec(const VacSpec& spec) {
     if (!group.box_axes.empty() && group.box_size < 1) {
       fault(name + ".box_size = " + std::to_string(group.box_size) + ": must be at least 1");
     }
+    if (!(group.weight > 0 && group.weight <= 1)) {
+      fault(name + ".weight = " + std::to_string(group.weight) + ": must be above 0 and at most 1");
+    }
     if (!(group.sigma_px > 0 && group.sigma_px <= 1000)) {
       fault(name + ".sigma = " + std::to_string(group.sigma_px) + ": must be above 0 and at most 1000 pixels");
     }

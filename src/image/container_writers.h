@@ -19,6 +19,13 @@ std::unique_ptr<ContainerWriter> make_header_writer(OutputFiles& files);
 std::unique_ptr<ContainerWriter> make_hlsl_writer(OutputFiles& files);
 std::unique_ptr<ContainerWriter> make_glsl_writer(OutputFiles& files);
 std::unique_ptr<ContainerWriter> make_wgsl_writer(OutputFiles& files);
+std::unique_ptr<ContainerWriter> make_godot_writer(OutputFiles& files);
+std::unique_ptr<ContainerWriter> make_mpv_writer(OutputFiles& files);
+std::unique_ptr<ContainerWriter> make_remix_writer(OutputFiles& files);
+std::unique_ptr<ContainerWriter> make_pbrt_writer(OutputFiles& files);
+std::unique_ptr<ContainerWriter> make_imagemagick_writer(OutputFiles& files);
+std::unique_ptr<ContainerWriter> make_ghostscript_writer(OutputFiles& files);
+std::unique_ptr<ContainerWriter> make_gimp_writer(OutputFiles& files);
 std::unique_ptr<ContainerWriter> make_csv_points_writer(OutputFiles& files);
 std::unique_ptr<ContainerWriter> make_npy_points_writer(OutputFiles& files);
 

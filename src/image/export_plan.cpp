@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "noiseloom/files/pixel_order.h"
+#include "noiseloom/image/consumers.h"
 #include "noiseloom/image/sequence.h"
 
 namespace noiseloom {
@@ -30,9 +32,18 @@ ExportPlanner::Output ExportPlanner::split_output(const std::string& output) {
 
 ExportPlanner::ExportPlanner(const std::string& name, const RunFileContent& content, const ProblemSpec& problem,
                              const ExportOptions& options)
-    : name_(name), content_(content), problem_(problem), options_(options), output_(split_output(options.output)) {}
+    : name_(name), content_(content), problem_(problem), options_(options) {}
+
+void ExportPlanner::take_consumer() {
+  if (options_.consumer.empty()) return;
+  options_ = for_consumer(options_, problem_, channels(), std::filesystem::path(name_).stem().string(),
+                          why_order_cannot_be_read(content_).empty(), faults_);
+  throw_if_any(faults_);
+}
 
 ExportPlan ExportPlanner::plan() {
+  take_consumer();
+  output_ = split_output(options_.output);
   choose_container();
   if (container_ == nullptr) throw_if_any(faults_);
   main_.container = container_;
@@ -60,7 +71,7 @@ void ExportPlanner::choose_container() {
   }
   const std::string ending = std::filesystem::path(output_.file).extension().string();
   const Container* const by_ending = ending.empty() ? nullptr : container_of_file(output_.file);
-  if (!ending.empty() && by_ending == nullptr) {
+  if (!ending.empty() && by_ending == nullptr && options_.consumer.empty()) {
     fault(fmt::format("-o {}: \"{}\" is no ending of a container that is written; accepted: {} (a folder ends in /)",
                       options_.output, ending, container_names()));
     return;
@@ -74,7 +85,7 @@ void ExportPlanner::choose_container() {
       const std::string nearest = nearest_word(options_.format, all_container_names());
       fault(fmt::format("--format {}: not written{}; accepted: {}", options_.format,
                         nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest), container_names()));
-    } else if (by_ending != nullptr && by_ending != container_) {
+    } else if (by_ending != nullptr && by_ending != container_ && options_.consumer.empty()) {
       fault(fmt::format("--format {}, but -o {} ends in {}", container_->name, options_.output, ending));
     }
   }

@@ -19,6 +19,7 @@ class ExportPlanner {
   ExportPlan plan();
 
  private:
+  void take_consumer();
   // What the numbers are written in (export_plan.cpp).
   void choose_container();
   void choose_type();
@@ -66,7 +67,7 @@ class ExportPlanner {
   const std::string& name_;
   const RunFileContent& content_;
   const ProblemSpec& problem_;
-  const ExportOptions& options_;
+  ExportOptions options_;  // with what a consumer decides
   Output output_;
   bool pattern_in_output_ = false;
   Naming naming_;

@@ -13,10 +13,16 @@ namespace noiseloom::render {
 
 inline constexpr std::size_t most_channels = 3;
 
+// What most effects do not do.
+struct PlainEffect {
+  int rays() const { return 0; }         // that a pixel traces in a frame
+  int march_steps() const { return 0; }  // that it takes through the volume
+};
+
 template <class E>
 void estimate_image(Job& job) {
-  const E effect(job.shared, job.repeat);
   const Noise& noise = (*job.shared.noises.get(Data::noises, job.pass))[job.noise];
+  const E effect(job.shared, job.repeat, &noise);
   const Scene& scene = job.scene();
   if (!job.estimate.is_there()) job.estimate.make(make_image(scene.width, scene.height, effect.channels()));
   Image& image = job.estimate.get(Data::estimate, job.pass);
@@ -29,13 +35,15 @@ void estimate_image(Job& job) {
       for (int c = 0; c < image.channels; ++c) image.row(c, y)[x] = values[static_cast<std::size_t>(c)];
     }
   }
+  count_of(*job.counts, Work::rays) += static_cast<std::int64_t>(image.pixels()) * effect.rays();
+  count_of(*job.counts, Work::march_steps) += static_cast<std::int64_t>(image.pixels()) * effect.march_steps();
   count_of(*job.counts, Work::estimates) += static_cast<std::int64_t>(image.pixels());
   count_of(*job.counts, Work::noise_values) += static_cast<std::int64_t>(image.pixels()) * reader.values();
 }
 
 template <class E>
 Image truth_image(const Shared& shared, int repeat) {
-  const E effect(shared, repeat);
+  const E effect(shared, repeat, nullptr);
   Image image = make_image(shared.scene.width, shared.scene.height, effect.channels());
   shared.pool.for_each(image.height, [&](std::int64_t row, int) {
     const int y = static_cast<int>(row);

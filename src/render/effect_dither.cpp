@@ -16,9 +16,9 @@ double on_levels(double value, double levels) {
   return std::fabs(place - nearest) < hair * std::max(1.0, levels) ? nearest : place;
 }
 
-struct DitherEffect {
-  DitherEffect(const Shared& shared, int)
-      : picture(&shared.picture.get(Data::picture, shared.pass.empty() ? "dither" : shared.pass)),
+struct DitherEffect : PlainEffect {
+  DitherEffect(const Shared& shared, int, const Noise*)
+      : picture(&shared.picture.get(Data::picture, shared.pass_or("dither"))),
         levels(static_cast<double>((1 << shared.scene.dither.bits) - 1)) {}
 
   int channels() const { return picture->channels; }
@@ -84,11 +84,12 @@ Image test_picture(const DitherSpec& spec, int width, int height) {
   return image;
 }
 
-const EffectCalls dither_calls = {Effect::dither,
-                                  [](const Scene& scene) { return channels_of(scene.dither.picture); },
-                                  [](const Scene& scene) { return channels_of(scene.dither.picture); },
-                                  [](const Scene&) { return false; },
-                                  estimate_image<DitherEffect>,
-                                  truth_image<DitherEffect>};
+const EffectCalls dither_calls = {
+    Effect::dither,
+    [](const Scene& scene) { return channels_of(scene.dither.picture); },
+    [](const Scene& scene, const Noise& noise) { return if_numbers(channels_of(scene.dither.picture), noise); },
+    [](const Scene&) { return false; },
+    estimate_image<DitherEffect>,
+    truth_image<DitherEffect>};
 
 }  // namespace noiseloom::render

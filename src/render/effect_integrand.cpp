@@ -6,8 +6,8 @@
 namespace noiseloom::render {
 namespace {
 
-constexpr double radius = 0.4;     // of the circle
-constexpr double deviation = 0.2;  // of the Gaussian
+constexpr double circle_radius = 0.4;    // of the circle
+constexpr double gauss_deviation = 0.2;  // of the Gaussian
 
 // One threshold for each repeat, each in its own part of 0..1.
 double threshold_of(const Scene& scene, int repeat) {
@@ -18,8 +18,8 @@ double threshold_of(const Scene& scene, int repeat) {
 
 bool takes_two(Integrand function) { return function == Integrand::circle || function == Integrand::gauss; }
 
-struct IntegrandEffect {
-  IntegrandEffect(const Shared& shared, int repeat)
+struct IntegrandEffect : PlainEffect {
+  IntegrandEffect(const Shared& shared, int repeat, const Noise*)
       : function(shared.scene.integrand.function), threshold(threshold_of(shared.scene, repeat)) {}
 
   int channels() const { return 1; }
@@ -44,8 +44,8 @@ struct IntegrandEffect {
     const double x = u - 0.5;
     const double y = static_cast<double>(draw(1)) - 0.5;
     const double r2 = x * x + y * y;
-    if (function == Integrand::circle) return r2 < radius * radius ? 1 : 0;
-    return math::exp(-r2 / (2 * deviation * deviation));
+    if (function == Integrand::circle) return r2 < circle_radius * circle_radius ? 1 : 0;
+    return math::exp(-r2 / (2 * gauss_deviation * gauss_deviation));
   }
   void estimate(int, int, Draw draw, float* out) const { out[0] = static_cast<float>(value(draw)); }
 
@@ -61,9 +61,10 @@ struct IntegrandEffect {
       case Integrand::sine:
         return 2 / math::pi;
       case Integrand::circle:
-        return math::pi * radius * radius;
+        return math::pi * circle_radius * circle_radius;
       case Integrand::gauss: {
-        const double side = deviation * std::sqrt(math::two_pi) * math::erf(0.5 / (deviation * std::sqrt(2.0)));
+        const double side =
+            gauss_deviation * std::sqrt(math::two_pi) * math::erf(0.5 / (gauss_deviation * std::sqrt(2.0)));
         return side * side;
       }
     }
@@ -78,7 +79,9 @@ struct IntegrandEffect {
 
 const EffectCalls integrand_calls = {Effect::integrand,
                                      [](const Scene&) { return 1; },
-                                     [](const Scene& scene) { return takes_two(scene.integrand.function) ? 2 : 1; },
+                                     [](const Scene& scene, const Noise& noise) {
+                                       return if_numbers(takes_two(scene.integrand.function) ? 2 : 1, noise);
+                                     },
                                      [](const Scene& scene) { return scene.integrand.function == Integrand::steps; },
                                      estimate_image<IntegrandEffect>,
                                      truth_image<IntegrandEffect>};

@@ -11,8 +11,8 @@ struct Colour {
   double channel[3];
 };
 
-struct TransparencyEffect {
-  TransparencyEffect(const Shared& shared, int)
+struct TransparencyEffect : PlainEffect {
+  TransparencyEffect(const Shared& shared, int, const Noise*)
       : spec(&shared.scene.transparency), width(shared.scene.width), height(shared.scene.height) {}
 
   int channels() const { return 3; }
@@ -63,12 +63,13 @@ struct TransparencyEffect {
 
 }  // namespace
 
-const EffectCalls transparency_calls = {
-    Effect::transparency,
-    [](const Scene&) { return 3; },
-    [](const Scene& scene) { return static_cast<int>(scene.transparency.alpha.size()); },
-    [](const Scene&) { return false; },
-    estimate_image<TransparencyEffect>,
-    truth_image<TransparencyEffect>};
+const EffectCalls transparency_calls = {Effect::transparency,
+                                        [](const Scene&) { return 3; },
+                                        [](const Scene& scene, const Noise& noise) {
+                                          return if_numbers(static_cast<int>(scene.transparency.alpha.size()), noise);
+                                        },
+                                        [](const Scene&) { return false; },
+                                        estimate_image<TransparencyEffect>,
+                                        truth_image<TransparencyEffect>};
 
 }  // namespace noiseloom::render

@@ -1,9 +1,9 @@
 // The effects: what a pixel estimates from random numbers, and what that is on average.
 //
 // Each is a struct with the same members, which estimate_image() and truth_image() are templates over:
-//   E(const Shared&, int repeat)
+//   E(const Shared&, int repeat, const Noise*)              the noise is null where truth is asked for
 //   int channels() const                                    of its picture
-//   int numbers() const                                     that a pixel takes in a frame
+//   int numbers() const                                     that a pixel takes in a frame from that noise
 //   void estimate(int x, int y, Draw draw, float* out)      one value for each channel
 //   void expect(int x, int y, double* out)                  the exact mean over independent uniform numbers
 #pragma once
@@ -23,12 +23,16 @@ struct Job;
 struct EffectCalls {
   Effect effect;
   int (*channels)(const Scene&);
-  int (*numbers)(const Scene&);
+  int (*numbers)(const Scene&, const Noise&);  // 0 where it cannot use the noise
   bool (*truth_changes_with_repeat)(const Scene&);
   void (*estimate)(Job&);
   Image (*truth)(const Shared&, int repeat);
+  Image (*converged)(const Shared&) = nullptr;  // what finer steps tend to, where that is not the truth itself
 };
 const EffectCalls& calls_of(Effect effect);
+
+// `numbers` where the noise holds numbers of 0 to 1, else 0.
+int if_numbers(int numbers, const Noise& noise);
 
 // The picture that is dithered: values of 0 to 1.
 Image test_picture(const DitherSpec& spec, int width, int height);

@@ -1,5 +1,6 @@
 #include "noiseloom/render/expectation.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -47,10 +48,10 @@ Outcome outcome_of_less(const std::vector<double>& differences) {
   return Outcome::undecided;
 }
 
-Outcome outcome_of_equal(const std::vector<double>& differences) {
+Outcome outcome_of_equal(const std::vector<double>& differences, double margin) {
   if (differences.size() < 2) return Outcome::undecided;
   const MeanAndError difference = mean_and_error(differences);
-  return std::fabs(difference.mean) <= 3 * difference.error ? Outcome::holds : Outcome::fails;
+  return std::fabs(difference.mean) <= std::max(3 * difference.error, margin) ? Outcome::holds : Outcome::fails;
 }
 
 }  // namespace noiseloom::render

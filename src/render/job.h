@@ -2,6 +2,7 @@
 // frame. Jobs do not depend on each other, so that they run on any number of threads and give the same bytes.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -10,12 +11,15 @@
 #include "noiseloom/render/passes.h"
 #include "noiseloom/render/result.h"
 #include "render/image.h"
+#include "render/surface.h"
+#include "render/volume.h"
 
 namespace noiseloom::render {
 
 // Before and after every filter over space, in the order of the scene.
 struct Truth {
   std::vector<Image> after;
+  std::vector<double> bias = {};  // of each: rms distance from the converged truth
 };
 
 struct Shared {
@@ -29,7 +33,18 @@ struct Shared {
 
   Made<const std::vector<Noise>*> noises = {};
   Made<Image> picture = {};
+  Made<Grid> density = {};
+  Made<Grid> light = {};
+  Made<Columns> columns = {};
+  Made<Flights> flights = {};
+  Made<Hits> hits = {};
+  Made<std::vector<EdgeWeights>> edge_weights = {};  // of each filter over space; empty where it knows no edges
   Made<std::vector<std::vector<Truth>>> truth = {};  // [effect][repeat], one repeat where all have the same
+
+  Made<std::vector<std::optional<double>>> predictions = {};  // [noise][stage]
+
+  // The pass that runs, or where a job asks, that of the effect.
+  std::string_view pass_or(std::string_view effect) const { return pass.empty() ? effect : pass; }
 };
 
 // Averages over the frames so far, one for each filter over time.

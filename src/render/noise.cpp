@@ -77,6 +77,13 @@ int Noise::numbers_in_value() const {
   return space_traits(samples).support == Support::unit_interval ? channels : 0;
 }
 
+Directions Noise::directions() const {
+  if (!has_texture(spec.kind)) return Directions::none;
+  if (samples.space == "hemisphere-cosine") return Directions::cosine;
+  if (samples.space == "hemisphere") return Directions::hemisphere;
+  return samples.space == "sphere" ? Directions::sphere : Directions::none;
+}
+
 Noise open_noise(const NoiseSpec& spec, const std::string& folder, const MakeTexture& make) {
   Noise noise{.spec = spec};
   if (!has_texture(spec.kind)) return noise;

@@ -5,37 +5,16 @@
 #include <cmath>
 
 #include "render/effect_list.h"
+#include "render/filter_passes.h"
 #include "render/frames.h"
 #include "render/job.h"
+#include "render/prediction.h"
+#include "render/scene_sizes.h"
 
 namespace noiseloom::render {
 namespace {
 
 constexpr const char* applies = "";
-
-std::int64_t pixels_of(const Scene& scene) { return std::int64_t{scene.width} * scene.height; }
-
-std::int64_t channels_of_all(const Scene& scene) {
-  std::int64_t channels = 0;
-  for (const Effect effect : effects_of(scene)) channels += calls_of(effect).channels(scene);
-  return channels;
-}
-
-int most_channels_of(const Scene& scene) {
-  int most = 0;
-  for (const Effect effect : effects_of(scene)) most = std::max(most, calls_of(effect).channels(scene));
-  return most;
-}
-
-std::int64_t taps_of_all(const Scene& scene) {
-  std::int64_t taps = 0;
-  for (const SpaceFilterSpec& filter : scene.space) taps += 2 * static_cast<std::int64_t>(taps_of(filter).size());
-  return taps;
-}
-
-std::int64_t bytes_of_image(const Scene& scene) { return 4 * pixels_of(scene) * most_channels_of(scene); }
-
-std::int64_t times_of(const Scene& scene) { return 1 + static_cast<std::int64_t>(scene.time.kernels.size()); }
 
 // Noises.
 
@@ -47,13 +26,97 @@ std::int64_t bytes_of_noises(const Scene&, std::span<const Noise> noises) {
   return bytes;
 }
 
+// What is seen: a volume or surfaces.
+
+bool has_volume(const Scene& scene) { return scene.free_flight.on || scene.ray_march.on; }
+bool has_edges(const Scene& scene) {
+  return std::any_of(scene.space.begin(), scene.space.end(), [](const auto& filter) { return !filter.edges.empty(); });
+}
+
+std::string off_without_volume(const Scene& scene) {
+  return has_volume(scene) ? applies : "no effect in a volume (free-flight, ray-march)";
+}
+
+std::int64_t corners_of(const Scene& scene) {
+  const std::int64_t n = scene.volume.density == Density::slab ? 2 : scene.volume.resolution;
+  return n * n * n;
+}
+std::int64_t nodes_of(const Scene& scene) {
+  return scene.volume.density == Density::slab ? 2 : scene.volume.resolution;
+}
+std::int64_t bytes_of_grid(const Scene& scene, std::span<const Noise>) { return 4 * corners_of(scene); }
+
+void trace_columns(Shared& shared) {
+  const Grid& density = shared.density.get(Data::density, shared.pass);
+  const Grid& light = shared.light.get(Data::light, shared.pass);
+  const Columns& columns =
+      shared.columns.make(make_columns(density, light, shared.scene.width, shared.scene.height, shared.pool));
+  count_of(*shared.counts, Work::density_reads) += std::ssize(columns.values);
+}
+
+Counts work_of_columns(const Scene& scene, std::span<const Noise>) {
+  Counts counts{};
+  count_of(counts, Work::density_reads) = pixels_of(scene) * nodes_of(scene);
+  return counts;
+}
+
+void trace_hits(Shared& shared) {
+  const Hits& hits = shared.hits.make(make_hits(shared.scene.width, shared.scene.height, shared.pool));
+  count_of(*shared.counts, Work::primary_rays) += std::ssize(hits.hits);
+}
+
+Counts work_of_hits(const Scene& scene, std::span<const Noise>) {
+  Counts counts{};
+  count_of(counts, Work::primary_rays) = pixels_of(scene);
+  return counts;
+}
+
+void weigh_edges(Shared& shared) {
+  const Hits& hits = shared.hits.get(Data::hits, shared.pass);
+  std::vector<EdgeWeights>& all = shared.edge_weights.make();
+  for (const SpaceFilterSpec& filter : shared.scene.space)
+    all.push_back(filter.edges.empty() ? EdgeWeights{} : make_edge_weights(hits, filter, shared.scene.border));
+}
+
+std::int64_t bytes_of_weights(const Scene& scene, std::span<const Noise>) {
+  std::int64_t taps = 0;
+  for (const SpaceFilterSpec& filter : scene.space) {
+    const std::int64_t across = std::ssize(taps_of(filter));
+    taps += filter.edges.empty() ? 0 : across * across;
+  }
+  return 4 * pixels_of(scene) * taps;
+}
+
+// What scores promise.
+
+void predict(Shared& shared) {
+  const std::vector<Noise>& noises = *shared.noises.get(Data::noises, shared.pass);
+  auto& predictions = shared.predictions.make();
+  for (const Noise& noise : noises) {
+    const auto ratios = predicted_ratios(noise, shared.scene, shared.stages, shared.pool);
+    predictions.insert(predictions.end(), ratios.begin(), ratios.end());
+  }
+}
+
 // The truth, before and after every filter over space.
 
-Truth filtered_truth(const Shared& shared, Image image) {
+double rms_distance(const Image& a, const Image& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.values.size(); ++i) {
+    const double difference = static_cast<double>(a.values[i]) - static_cast<double>(b.values[i]);
+    sum += difference * difference;
+  }
+  return std::sqrt(sum / static_cast<double>(a.values.size()));
+}
+
+Truth filtered_truth(const Shared& shared, Effect effect, Image image) {
   Truth truth;
   truth.after.push_back(std::move(image));
-  for (const SpaceFilterSpec& filter : shared.scene.space)
-    truth.after.push_back(filtered(truth.after.front(), taps_of(filter), shared.scene.border));
+  for (std::size_t k = 0; k < shared.scene.space.size(); ++k)
+    truth.after.push_back(filtered(shared, shared.pass, truth.after.front(), k));
+  const auto converged = calls_of(effect).converged;
+  const Image limit = converged == nullptr ? truth.after.front() : converged(shared);
+  for (const Image& after : truth.after) truth.bias.push_back(rms_distance(after, limit));
   return truth;
 }
 
@@ -64,7 +127,7 @@ void make_truth(Shared& shared) {
     const int repeats = calls.truth_changes_with_repeat(shared.scene) ? shared.scene.repeats : 1;
     std::vector<Truth> truths;
     for (int repeat = 0; repeat < repeats; ++repeat) {
-      truths.push_back(filtered_truth(shared, calls.truth(shared, repeat)));
+      truths.push_back(filtered_truth(shared, effect, calls.truth(shared, repeat)));
       count_of(*shared.counts, Work::expectations) += pixels_of(shared.scene);
       count_of(*shared.counts, Work::taps) +=
           pixels_of(shared.scene) * calls.channels(shared.scene) * taps_of_all(shared.scene);
@@ -100,136 +163,20 @@ template <Effect effect>
 Counts work_of_effect(const Scene& scene, std::span<const Noise> noises) {
   Counts counts{};
   const std::int64_t pixels = pixels_of(scene) * num_rendered(scene) * scene.repeats;
-  const std::int64_t numbers = calls_of(effect).numbers(scene);
   for (const Noise& noise : noises) {
-    const std::int64_t in_value = std::max(1, noise.numbers_in_value());
+    const std::int64_t numbers = calls_of(effect).numbers(scene, noise);
     count_of(counts, Work::estimates) += pixels;
-    count_of(counts, Work::noise_values) += pixels * ((numbers + in_value - 1) / in_value);
+    count_of(counts, Work::noise_values) += pixels * ((numbers + noise.channels - 1) / noise.channels);
   }
+  if (effect == Effect::occlusion)
+    count_of(counts, Work::rays) = count_of(counts, Work::estimates) * scene.occlusion.samples;
+  if (effect == Effect::shadow) count_of(counts, Work::rays) = count_of(counts, Work::estimates);
+  if (effect == Effect::ray_march)
+    count_of(counts, Work::march_steps) = count_of(counts, Work::estimates) * scene.ray_march.steps;
   return counts;
 }
 
 std::int64_t bytes_of_estimate(const Scene& scene, std::span<const Noise>) { return bytes_of_image(scene); }
-
-// Averages over the frames so far. Sums of all frames are kept in double: there may be many.
-
-void average(Job& job) {
-  const Scene& scene = job.scene();
-  const Image& now = job.estimate.get(Data::estimate, job.pass);
-  const std::vector<std::string>& kernels = scene.time.kernels;
-  if (!job.accumulated.is_there()) {
-    Averages& made = job.accumulated.make();
-    made.images.assign(kernels.size(), make_image(now.width, now.height, now.channels));
-    if (std::find(kernels.begin(), kernels.end(), "mc") != kernels.end()) made.sums.assign(now.values.size(), 0);
-  }
-  Averages& averages = job.accumulated.get(Data::accumulated, job.pass);
-  const double frames = static_cast<double>(job.frame + 1);
-  for (std::size_t k = 0; k < kernels.size(); ++k) {
-    std::vector<float>& image = averages.images[k].values;
-    if (kernels[k] == "mc") {
-      for (std::size_t i = 0; i < image.size(); ++i) {
-        averages.sums[i] += static_cast<double>(now.values[i]);
-        image[i] = static_cast<float>(averages.sums[i] / frames);
-      }
-    } else {
-      const double first = scene.time.start == EmaStart::full ? (job.frame == 0 ? 1 : 0) : 1 / frames;
-      const float alpha = static_cast<float>(std::max(scene.time.alpha, first));
-      // Written so that alpha = 1 gives the frame itself.
-      for (std::size_t i = 0; i < image.size(); ++i) image[i] = alpha * now.values[i] + (1 - alpha) * image[i];
-    }
-  }
-  count_of(*job.counts, Work::averages) += std::ssize(now.values) * std::ssize(kernels);
-}
-
-Counts work_of_averages(const Scene& scene, std::span<const Noise> noises) {
-  Counts counts{};
-  count_of(counts, Work::averages) = pixels_of(scene) * channels_of_all(scene) * std::ssize(scene.time.kernels) *
-                                     scene.frames * scene.repeats * std::ssize(noises);
-  return counts;
-}
-
-std::int64_t bytes_of_averages(const Scene& scene, std::span<const Noise>) {
-  return bytes_of_image(scene) * (times_of(scene) - 1) + 2 * bytes_of_image(scene);
-}
-
-// Filters over space.
-
-const Image& over_time(const Job& job, std::size_t time) {
-  return time == 0 ? job.estimate.get(Data::estimate, job.pass)
-                   : job.accumulated.get(Data::accumulated, job.pass).images[time - 1];
-}
-
-void filter(Job& job) {
-  if (!is_measured(job.scene(), job.frame)) return;
-  std::vector<Image>& images = job.filtered.make();
-  for (std::int64_t time = 0; time < times_of(job.scene()); ++time)
-    for (const SpaceFilterSpec& filter : job.scene().space) {
-      const Image& image = over_time(job, static_cast<std::size_t>(time));
-      const std::vector<float> taps = taps_of(filter);
-      images.push_back(filtered(image, taps, job.scene().border));
-      count_of(*job.counts, Work::taps) += std::ssize(image.values) * 2 * std::ssize(taps);
-    }
-}
-
-Counts work_of_filters(const Scene& scene, std::span<const Noise> noises) {
-  Counts counts{};
-  count_of(counts, Work::taps) = pixels_of(scene) * channels_of_all(scene) * taps_of_all(scene) * times_of(scene) *
-                                 num_measured(scene) * scene.repeats * std::ssize(noises);
-  return counts;
-}
-
-std::int64_t bytes_of_filtered(const Scene& scene, std::span<const Noise>) {
-  return bytes_of_image(scene) * times_of(scene) * std::ssize(scene.space);
-}
-
-// Errors.
-
-double mean_square(const Image& a, const Image& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < a.values.size(); ++i) {
-    const double difference = static_cast<double>(a.values[i]) - static_cast<double>(b.values[i]);
-    sum += difference * difference;
-  }
-  return sum / static_cast<double>(a.values.size());
-}
-
-void measure(Job& job) {
-  const Scene& scene = job.scene();
-  if (!job.errors.is_there())
-    job.errors.make(std::vector<double>(job.shared.stages.size() * static_cast<std::size_t>(scene.frames)));
-  if (!is_measured(scene, job.frame)) return;
-  std::vector<double>& errors = job.errors.get(Data::errors, job.pass);
-  const Truth& truth = job.truth();
-  for (std::size_t stage = 0; stage < job.shared.stages.size(); ++stage) {
-    const Image& image = job.after(stage);
-    errors[stage * static_cast<std::size_t>(scene.frames) + static_cast<std::size_t>(job.frame)] =
-        mean_square(image, truth.after[stage % truth.after.size()]);
-    count_of(*job.counts, Work::differences) += std::ssize(image.values);
-  }
-}
-
-Counts work_of_errors(const Scene& scene, std::span<const Noise> noises) {
-  Counts counts{};
-  count_of(counts, Work::differences) = pixels_of(scene) * channels_of_all(scene) * std::ssize(stages_of(scene)) *
-                                        num_measured(scene) * scene.repeats * std::ssize(noises);
-  return counts;
-}
-
-std::int64_t bytes_of_errors(const Scene& scene, std::span<const Noise>) {
-  return 8 * std::ssize(stages_of(scene)) * scene.frames;
-}
-
-// Pictures: of the last frame of the first repeat.
-
-void keep(Job& job) {
-  if (job.repeat != 0 || job.frame != job.scene().frames - 1) return;
-  std::vector<Image>& pictures = job.pictures.make();
-  for (std::size_t stage = 0; stage < job.shared.stages.size(); ++stage) pictures.push_back(job.after(stage));
-}
-
-std::int64_t bytes_of_pictures(const Scene& scene, std::span<const Noise> noises) {
-  return 4 * pixels_of(scene) * channels_of_all(scene) * std::ssize(stages_of(scene)) * std::ssize(noises);
-}
 
 Counts no_work(const Scene&, std::span<const Noise>) { return {}; }
 
@@ -249,7 +196,83 @@ constexpr Pass pass_table[] = {
      [](const Scene& scene, std::span<const Noise>) {
        return 4 * pixels_of(scene) * channels_of(scene.dither.picture);
      }},
-    {"truth", {Data::picture}, {Data::truth}, always, make_truth, nullptr, work_of_truth, bytes_of_truth},
+    {"density",
+     {},
+     {Data::density},
+     off_without_volume,
+     [](Shared& shared) { shared.density.make(make_density(shared.scene.volume)); },
+     nullptr,
+     no_work,
+     bytes_of_grid},
+    {"light",
+     {Data::density},
+     {Data::light},
+     off_without_volume,
+     [](Shared& shared) {
+       shared.light.make(make_light(shared.scene.volume, shared.density.get(Data::density, shared.pass)));
+     },
+     nullptr,
+     no_work,
+     bytes_of_grid},
+    {"columns",
+     {Data::density, Data::light},
+     {Data::columns},
+     off_without_volume,
+     trace_columns,
+     nullptr,
+     work_of_columns,
+     [](const Scene& scene, std::span<const Noise>) { return 8 * pixels_of(scene) * nodes_of(scene); }},
+    {"flights",
+     {Data::columns},
+     {Data::flights},
+     [](const Scene& scene) -> std::string { return scene.free_flight.on ? applies : "no effects.free-flight"; },
+     [](Shared& shared) {
+       shared.flights.make(
+           make_flights(shared.columns.get(Data::columns, shared.pass), shared.scene.free_flight.steps));
+     },
+     nullptr,
+     no_work,
+     [](const Scene& scene, std::span<const Noise>) { return 8 * pixels_of(scene) * scene.free_flight.steps; }},
+    {"primary hits",
+     {},
+     {Data::hits},
+     [](const Scene& scene) -> std::string {
+       return scene.occlusion.on || scene.shadow.on || has_edges(scene)
+                  ? applies
+                  : "no effect on surfaces (ambient-occlusion, soft-shadow), and no filter with edges";
+     },
+     trace_hits,
+     nullptr,
+     work_of_hits,
+     [](const Scene& scene, std::span<const Noise>) {
+       return static_cast<std::int64_t>(sizeof(Hit)) * pixels_of(scene);
+     }},
+    {"edge weights",
+     {Data::hits},
+     {Data::edge_weights},
+     [](const Scene& scene) -> std::string { return has_edges(scene) ? applies : "no filter.space with edges"; },
+     weigh_edges,
+     nullptr,
+     no_work,
+     bytes_of_weights},
+    {"truth",
+     {Data::picture, Data::columns, Data::flights, Data::hits, Data::edge_weights},
+     {Data::truth},
+     always,
+     make_truth,
+     nullptr,
+     work_of_truth,
+     bytes_of_truth},
+    {"predictions",
+     {Data::noises},
+     {Data::predictions},
+     [](const Scene& scene) -> std::string {
+       return scene.puts_out("predictions") ? applies : "image.outputs has no predictions";
+     },
+     predict,
+     nullptr,
+     no_work,
+     [](const Scene&, std::span<const Noise>) { return std::int64_t{0}; }},
     {"integrand",
      {Data::noises},
      {Data::estimate},
@@ -273,6 +296,38 @@ constexpr Pass pass_table[] = {
      nullptr,
      [](Job& job) { transparency_calls.estimate(job); },
      work_of_effect<Effect::transparency>,
+     bytes_of_estimate},
+    {"free-flight",
+     {Data::noises, Data::flights},
+     {Data::estimate},
+     [](const Scene& scene) -> std::string { return scene.free_flight.on ? applies : "no effects.free-flight"; },
+     nullptr,
+     [](Job& job) { free_flight_calls.estimate(job); },
+     work_of_effect<Effect::free_flight>,
+     bytes_of_estimate},
+    {"ray-march",
+     {Data::noises, Data::columns},
+     {Data::estimate},
+     [](const Scene& scene) -> std::string { return scene.ray_march.on ? applies : "no effects.ray-march"; },
+     nullptr,
+     [](Job& job) { ray_march_calls.estimate(job); },
+     work_of_effect<Effect::ray_march>,
+     bytes_of_estimate},
+    {"ambient-occlusion",
+     {Data::noises, Data::hits},
+     {Data::estimate},
+     [](const Scene& scene) -> std::string { return scene.occlusion.on ? applies : "no effects.ambient-occlusion"; },
+     nullptr,
+     [](Job& job) { occlusion_calls.estimate(job); },
+     work_of_effect<Effect::occlusion>,
+     bytes_of_estimate},
+    {"soft-shadow",
+     {Data::noises, Data::hits},
+     {Data::estimate},
+     [](const Scene& scene) -> std::string { return scene.shadow.on ? applies : "no effects.soft-shadow"; },
+     nullptr,
+     [](Job& job) { shadow_calls.estimate(job); },
+     work_of_effect<Effect::shadow>,
      bytes_of_estimate},
     {"filter over time",
      {Data::estimate},
@@ -330,16 +385,20 @@ const EffectCalls& calls_of(Effect effect) {
     case Effect::dither:
       return dither_calls;
     case Effect::transparency:
+      return transparency_calls;
+    case Effect::free_flight:
+      return free_flight_calls;
+    case Effect::ray_march:
+      return ray_march_calls;
+    case Effect::occlusion:
+      return occlusion_calls;
+    case Effect::shadow:
       break;
   }
-  return transparency_calls;
+  return shadow_calls;
 }
 
-const Image& Job::after(std::size_t stage) const {
-  const std::size_t in_time = 1 + scene().space.size();
-  if (stage % in_time == 0) return over_time(*this, stage / in_time);
-  return filtered.get(Data::filtered, pass)[stage / in_time * (in_time - 1) + stage % in_time - 1];
-}
+int if_numbers(int numbers, const Noise& noise) { return noise.numbers_in_value() > 0 ? numbers : 0; }
 
 const Truth& Job::truth() const {
   const std::vector<Truth>& repeats = shared.truth.get(Data::truth, pass)[effect];

@@ -26,10 +26,11 @@ void check_noises(const Scene& scene, const std::vector<Noise>& noises) {
   std::vector<Fault> faults;
   for (const Noise& noise : noises)
     for (const Effect effect : effects_of(scene))
-      if (noise.numbers_in_value() == 0)
-        faults.push_back({"noise \"" + noise.spec.name + "\"",
-                          fmt::format("holds samples of {}; {} takes numbers of 0 to 1 (uniform, vector2, ...)",
-                                      noise.samples.space, name_of(effect))});
+      if (calls_of(effect).numbers(scene, noise) == 0)
+        faults.push_back(
+            {"noise \"" + noise.spec.name + "\"",
+             fmt::format("holds samples of {}; {} takes numbers of 0 to 1 (uniform, vector2, ...){}",
+                         noise.samples.space, name_of(effect), effect == Effect::occlusion ? " or directions" : "")});
   throw_if_any(std::move(faults));
 }
 
@@ -97,21 +98,12 @@ class Jobs {
   std::mutex mutex_;
 };
 
-double rms_distance(const Image& a, const Image& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < a.values.size(); ++i) {
-    const double difference = static_cast<double>(a.values[i]) - static_cast<double>(b.values[i]);
-    sum += difference * difference;
-  }
-  return std::sqrt(sum / static_cast<double>(a.values.size()));
-}
-
 // How far filters take the truth from itself, and the pictures of it.
 void store_truth(const Shared& shared, Result& result) {
   for (std::size_t effect = 0; effect < result.effects.size(); ++effect) {
     const Truth& truth = shared.truth.get(Data::truth, "results")[effect].front();
     for (std::size_t stage = 0; stage < result.stages.size(); ++stage)
-      result.bias.push_back(rms_distance(truth.after[stage % truth.after.size()], truth.after.front()));
+      result.bias.push_back(truth.bias[stage % truth.bias.size()]);
     if (shared.scene.puts_out("images"))
       for (const Image& image : truth.after) result.truths.push_back(picture_of(image));
   }
@@ -152,6 +144,7 @@ Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& 
   Jobs jobs(shared, result);
   pool.for_each(static_cast<std::int64_t>(curves), [&](std::int64_t number, int) { jobs.run(number); });
   store_truth(shared, result);
+  if (scene.puts_out("predictions")) result.predictions = shared.predictions.get(Data::predictions, "results");
   result.seconds = watch.seconds();
   return result;
 }

@@ -25,6 +25,14 @@ std::string name_of(Effect effect) {
       return "dither";
     case Effect::transparency:
       return "transparency";
+    case Effect::free_flight:
+      return "free-flight";
+    case Effect::ray_march:
+      return "ray-march";
+    case Effect::occlusion:
+      return "ambient-occlusion";
+    case Effect::shadow:
+      return "soft-shadow";
   }
   return {};
 }
@@ -34,6 +42,10 @@ std::vector<Effect> effects_of(const Scene& scene) {
   if (scene.integrand.on) effects.push_back(Effect::integrand);
   if (scene.dither.on) effects.push_back(Effect::dither);
   if (scene.transparency.on) effects.push_back(Effect::transparency);
+  if (scene.free_flight.on) effects.push_back(Effect::free_flight);
+  if (scene.ray_march.on) effects.push_back(Effect::ray_march);
+  if (scene.occlusion.on) effects.push_back(Effect::occlusion);
+  if (scene.shadow.on) effects.push_back(Effect::shadow);
   return effects;
 }
 

@@ -17,6 +17,7 @@ constexpr double largest_size = 8192;
 constexpr Word output_words[] = {
     {"curves", "the error of every frame: curves.csv", "plots csv"},
     {"images", "the last frame after every filter, and its error", "pictures png"},
+    {"predictions", "beside each error what the score of the texture promises", "score r sqrt-r"},
 };
 
 constexpr Word time_words[] = {{"frame", "each frame alone", "none raw"},
@@ -77,7 +78,8 @@ std::vector<Setting> rows_of_expectations() {
        .example = "{ order = \"stbn < white\", time = \"ema\" }"},
       {.key = "expect[].order",
        .type = Type::text,
-       .sentence = "Noises by their errors: \"fast < stbn < white\"; \"a = b\" where the two differ by chance alone. A "
+       .sentence = "Noises by their errors: \"fast < stbn < white\"; \"a = b\" where the two differ by no more than "
+                   "`within`, or by chance. A "
                    "difference counts from two standard errors on; below, the order is undecided, and not fulfilled.",
        .field = [](ExpectSpec& e) -> Field { return &e.order; },
        .zero_is_unset = true},
@@ -104,7 +106,8 @@ std::vector<Setting> rows_of_expectations() {
        .field = [](ExpectSpec& e) -> Field { return &e.against; }},
       {.key = "expect[].within",
        .type = Type::number,
-       .sentence = "How far the value may be off, as a share of it, beside three standard errors.",
+       .sentence = "How far the value may be off, or errors that are to be equal apart, as a share; beside three "
+                   "standard errors.",
        .field = [](ExpectSpec& e) -> Field { return &e.within; },
        .range = at_least(0, 1)},
       {.key = "expect[].effect",

@@ -56,9 +56,9 @@ Picture grey_picture(const std::vector<double>& values, const ValueRange& range,
 
 FilteredError filtered_error(const Texture& texture, SliceIndex slice, const Footprint& footprint) {
   const std::vector<double> estimates = step_estimates(texture, slice);
-  const std::vector<std::uint32_t> order = start_permutation(1, slice, texture.extents.cells_per_slice());
+  const Permutation order = start_permutation(1, slice, texture.extents.cells_per_slice());
   std::vector<double> shuffled(estimates.size());
-  for (std::size_t cell = 0; cell < shuffled.size(); ++cell) shuffled[cell] = estimates[order[cell]];
+  for (std::size_t cell = 0; cell < shuffled.size(); ++cell) shuffled[cell] = estimates[order[cell].value()];
   const PlaneSpectrum response = filter_response(footprint);
   const std::vector<double> error = error_after(estimates, response);
   const std::vector<double> white_error = error_after(shuffled, response);

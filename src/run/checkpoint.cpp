@@ -161,7 +161,7 @@ SwapState engine_state(const RunFileContent& content, const std::string& path) {
 
 void check_permutations(const RunFileReader& file) {
   const Extents& extents = file.content().extents;
-  std::vector<std::uint32_t> ids(static_cast<std::size_t>(extents.cells_per_slice()));
+  Permutation ids(static_cast<std::size_t>(extents.cells_per_slice()));
   ContentFaults faults(file.path());
   for (const char* name : {permutation_name, given_name}) {
     if (file.dataset(name) < 0) continue;
@@ -265,11 +265,11 @@ void restore_run(const RunFileReader* file, const RunConfig& config, SwapOptimiz
   broadcast_state(state, visit_swap_state, communicator);
 
   const Extents& extents = config.problem.extents;
-  const std::size_t id_bytes = static_cast<std::size_t>(extents.cells_per_slice()) * sizeof(std::uint32_t);
+  const std::size_t id_bytes = static_cast<std::size_t>(extents.cells_per_slice()) * sizeof(SampleId);
   std::vector<SliceIndex> wanted = engine.slices_held();
   std::sort(wanted.begin(), wanted.end());
-  std::map<SliceIndex, std::vector<std::uint32_t>> permutations;
-  std::map<SliceIndex, std::vector<std::uint32_t>> given;
+  std::map<SliceIndex, Permutation> permutations;
+  std::map<SliceIndex, Permutation> given;
   std::map<SliceIndex, std::vector<std::byte>> stored;
   ContentFaults faults(path);
   const std::size_t of_ids = (state.is_given != 0 ? 2 : 1) * id_bytes;
@@ -282,9 +282,8 @@ void restore_run(const RunFileReader* file, const RunConfig& config, SwapOptimiz
     if (state.is_given != 0) file->read_slice(file->dataset(given_name), slice, all.subspan(id_bytes, id_bytes));
     file->read_slice(samples, slice, all.last(size));
   };
-  const auto take_ids = [&](const char* name, SliceIndex slice, std::span<const std::byte> bytes,
-                            std::vector<std::uint32_t>& ids) {
-    ids.resize(bytes.size() / sizeof(std::uint32_t));
+  const auto take_ids = [&](const char* name, SliceIndex slice, std::span<const std::byte> bytes, Permutation& ids) {
+    ids.resize(bytes.size() / sizeof(SampleId));
     std::memcpy(ids.data(), bytes.data(), bytes.size());
     const std::string fault = permutation_fault(ids);
     faults.require(fault.empty(), fmt::format("{}, slice {}: {}", name, slice, fault));
@@ -294,12 +293,13 @@ void restore_run(const RunFileReader* file, const RunConfig& config, SwapOptimiz
     if (!engine.distribution().owns(slice)) return;
     if (state.is_given != 0) take_ids(given_name, slice, block.subspan(id_bytes, id_bytes), given[slice]);
     if (config.optimizer.strata > 1 && !faults.any()) {
-      const std::vector<std::uint32_t>& begun = given[slice];
-      const std::vector<std::uint32_t>& now = permutations[slice];
+      const Permutation& begun = given[slice];
+      const Permutation& now = permutations[slice];
       const auto of_stratum =
           static_cast<std::uint32_t>(begun.size()) / static_cast<std::uint32_t>(config.optimizer.strata);
-      const bool kept = std::equal(begun.begin(), begun.end(), now.begin(), now.end(),
-                                   [&](std::uint32_t a, std::uint32_t b) { return a / of_stratum == b / of_stratum; });
+      const bool kept = std::equal(begun.begin(), begun.end(), now.begin(), now.end(), [&](SampleId a, SampleId b) {
+        return a.value() / of_stratum == b.value() / of_stratum;
+      });
       faults.require(kept, fmt::format("{}, slice {}: has left the strata over time that the run began with",
                                        permutation_name, slice));
     }

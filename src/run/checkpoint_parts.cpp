@@ -112,10 +112,10 @@ bool is_count(double value, double least, double most) {
 
 bool is_finite_positive_or_zero(double value) { return value >= 0 && std::isfinite(value); }
 
-std::string permutation_fault(std::span<const std::uint32_t> ids) {
+std::string permutation_fault(std::span<const SampleId> ids) {
   std::vector<bool> seen(ids.size());
   for (std::size_t cell = 0; cell < ids.size(); ++cell) {
-    const std::uint32_t id = ids[cell];
+    const std::uint32_t id = ids[cell].value();
     if (id >= ids.size()) return fmt::format("cell {} holds id {}, must be below {}", cell, id, ids.size());
     if (seen[id]) return fmt::format("cell {} holds id {}, which another cell holds too", cell, id);
     seen[id] = true;

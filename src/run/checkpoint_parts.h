@@ -66,7 +66,7 @@ bool is_count(double value, double least, double most);
 // A number that is not below zero: neither NaN nor infinite.
 bool is_finite_positive_or_zero(double value);
 // Fault of a slice of /state/permutation: "" where it holds each of 0 .. size - 1 once.
-std::string permutation_fault(std::span<const std::uint32_t> ids);
+std::string permutation_fault(std::span<const SampleId> ids);
 
 // With the state and history of a run, or of the part of one that goes by `method`. Fields are integers of 64 bits,
 // double or text; those of a row double.

@@ -1,6 +1,7 @@
 // Construction and then annealing: of a construction that has a stop rule.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <utility>
@@ -36,7 +37,7 @@ class ConstructAnnealJob : public Job {
     if (!construction_->finished()) return construction_->step(run_s);
     std::map<SliceIndex, std::vector<std::uint32_t>> places = construction_->places();
     take_up_annealing();
-    annealing_->start_from([&](SliceIndex slice) { return std::move(places.at(slice)); }, run_s);
+    annealing_->start_from([&](SliceIndex slice) { return permutation_of(places.at(slice)); }, run_s);
   }
   bool finished() const override { return annealing_ && annealing_->finished(); }
   std::string save(const SaveTarget& target) override { return part().save(target); }

@@ -29,6 +29,12 @@ OptimizerSpec swaps_of(const RunConfig& config) {
 
 }  // namespace
 
+Permutation permutation_of(const std::vector<std::uint32_t>& places) {
+  Permutation samples(places.size());
+  std::transform(places.begin(), places.end(), samples.begin(), [](std::uint32_t place) { return SampleId(place); });
+  return samples;
+}
+
 SwapJob::SwapJob(const RunConfig& config)
     : config_(config),
       spec_(swaps_of(config)),
@@ -64,7 +70,8 @@ void SwapJob::start_from_time_strata(double run_s) {
       places = time_strata(problem.extents, problem.filter, problem.extents.axis("t"), 0, problem.seed);
     });
   });
-  optimizer_->start_from([&](SliceIndex slice) { return places[static_cast<std::size_t>(slice)]; }, now_s());
+  optimizer_->start_from([&](SliceIndex slice) { return permutation_of(places[static_cast<std::size_t>(slice)]); },
+                         now_s());
   const bool is_scalar = scale_of(problem.samples, source_.channels()) == SampleScale::line;
   if (is_scalar && !optimizer_->finished()) optimizer_->join_cold(now_s());
 }
@@ -138,9 +145,9 @@ std::string SwapJob::given_words() const {
     const std::vector<float> samples = optimizer_->samples(slice);
     std::vector<float> sorted(samples.size());
     std::size_t cell = 0;
-    for (const std::uint32_t id : optimizer_->permutation(slice)) {
+    for (const SampleId id : optimizer_->permutation(slice)) {
       std::copy_n(samples.begin() + static_cast<std::ptrdiff_t>(cell++ * channels), channels,
-                  sorted.begin() + static_cast<std::ptrdiff_t>(id * channels));
+                  sorted.begin() + static_cast<std::ptrdiff_t>(id.value() * channels));
     }
     const auto add = [&](std::int64_t& sum, const std::vector<float>& values) {
       sum = static_cast<std::int64_t>(static_cast<std::uint64_t>(sum) + digest_of(std::as_bytes(std::span(values))));

@@ -9,6 +9,9 @@
 
 namespace noiseloom {
 
+// The place of a pixel is the sample that it gets.
+Permutation permutation_of(const std::vector<std::uint32_t>& places);
+
 class SwapJob : public Job {
  public:
   // With method = "construct" it anneals what start_from is given.

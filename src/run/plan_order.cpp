@@ -25,7 +25,7 @@ constexpr double usual_swaps_per_point = 0.4;
 double num_taps(const VacSpec& spec, const Extents& extents) {
   double taps = 0;
   for (const VacGroup& group : spec.groups) {
-    const double reach = group.sigma_px * std::sqrt(2 * 25 * std::log(2));
+    const double reach = group.sigma_px * std::sqrt(2 * std::max(0.0, 25 * std::log(2) + std::log(group.weight)));
     double box = 1;
     for (const int axis : group.axes) {
       box *= std::min(as_double(extents.size(axis)), 2 * std::floor(reach) + 1);

@@ -82,16 +82,15 @@ std::vector<std::uint32_t> in_order(const std::vector<float>& samples, std::size
 
 }  // namespace
 
-std::vector<std::uint32_t> ids_of_arrangement(const std::vector<float>& arrangement, const std::vector<float>& list,
-                                              int channels) {
+Permutation ids_of_arrangement(const std::vector<float>& arrangement, const std::vector<float>& list, int channels) {
   if (arrangement.size() != list.size()) return {};
   const auto width = static_cast<std::size_t>(channels);
   const std::vector<std::uint32_t> cells = in_order(arrangement, width);
   const std::vector<std::uint32_t> ids = in_order(list, width);
-  std::vector<std::uint32_t> id_at(cells.size());
+  Permutation id_at(cells.size());
   for (std::size_t k = 0; k < cells.size(); ++k) {
     if (std::memcmp(&arrangement[cells[k] * width], &list[ids[k] * width], width * sizeof(float)) != 0) return {};
-    id_at[cells[k]] = ids[k];
+    id_at[cells[k]] = SampleId(ids[k]);
   }
   return id_at;
 }
@@ -112,7 +111,7 @@ StartFile::StartFile(const std::string& path, const Extents& extents, const Samp
   const auto consume = [&](SliceIndex slice, std::span<const std::byte> block) {
     std::vector<float> samples(floats);
     std::memcpy(samples.data(), block.data(), block.size());
-    std::vector<std::uint32_t> ids = ids_of_arrangement(samples, source.list(slice), source.channels());
+    Permutation ids = ids_of_arrangement(samples, source.list(slice), source.channels());
     if (ids.empty() && faults.size() < most_faults) {
       faults.push_back({path, fmt::format("slice {}: does not hold the samples of texture.samples, bit for bit; to "
                                           "arrange its own anew, name it in texture.samples, too",

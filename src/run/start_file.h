@@ -22,15 +22,14 @@ class StartFile {
             const Communicator& communicator);
 
   // Of a wanted slice, once: the id of the sample of every cell. Calls for different slices may run at the same time.
-  std::vector<std::uint32_t> take_permutation(SliceIndex slice) { return std::move(permutations_.at(slice)); }
+  Permutation take_permutation(SliceIndex slice) { return std::move(permutations_.at(slice)); }
 
  private:
-  std::map<SliceIndex, std::vector<std::uint32_t>> permutations_;
+  std::map<SliceIndex, Permutation> permutations_;
 };
 
 // The id of each sample of an arrangement, [cell][channel], in a list of the same samples, [id][channel]; equal samples
 // have their ids in the order of the cells. Empty where the two do not hold the same samples, bit for bit.
-std::vector<std::uint32_t> ids_of_arrangement(const std::vector<float>& arrangement, const std::vector<float>& list,
-                                              int channels);
+Permutation ids_of_arrangement(const std::vector<float>& arrangement, const std::vector<float>& list, int channels);
 
 }  // namespace noiseloom

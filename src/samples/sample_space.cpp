@@ -121,10 +121,15 @@ bool SampleSource::has_pdf() const { return impl_->space && !impl_->space->trait
 
 double SampleSource::pdf(const float* sample) const { return impl_->space->density(sample); }
 
-std::vector<std::uint32_t> start_permutation(std::uint64_t seed, SliceIndex slice, std::int64_t cells_per_slice) {
+Permutation identity_permutation(std::int64_t cells_per_slice) {
+  Permutation order(static_cast<std::size_t>(cells_per_slice));
+  for (std::size_t id = 0; id < order.size(); ++id) order[id] = SampleId(static_cast<std::uint32_t>(id));
+  return order;
+}
+
+Permutation start_permutation(std::uint64_t seed, SliceIndex slice, std::int64_t cells_per_slice) {
   NOISELOOM_CHECK(cells_per_slice >= 1 && cells_per_slice <= std::int64_t{1} << 32);
-  std::vector<std::uint32_t> order(static_cast<std::size_t>(cells_per_slice));
-  std::iota(order.begin(), order.end(), 0U);
+  Permutation order = identity_permutation(cells_per_slice);
   for (std::uint64_t last = order.size() - 1; last > 0; --last) {
     const RandomBlock bits = random_block(seed, Purpose::shuffle, static_cast<std::uint32_t>(slice), 0, last);
     std::swap(order[last], order[below(bits[0], bits[1], last + 1)]);

@@ -38,12 +38,12 @@ void expect_samples_kept(const SwapOptimizer& engine, const SampleSource& source
   for (SliceIndex slice = 0; slice < source.num_slices(); ++slice) {
     const std::vector<float> list = source.list(slice);
     const std::vector<float> samples = engine.samples(slice);
-    const std::vector<std::uint32_t>& ids = engine.permutation(slice);
+    const Permutation& ids = engine.permutation(slice);
     std::vector<bool> seen(list.size() / channels);
     ASSERT_EQ(ids.size(), seen.size());
     for (std::size_t k = 0; k < samples.size(); ++k) {
-      EXPECT_EQ(samples[k], list[ids[k / channels] * channels + k % channels]) << "slice " << slice;
-      seen[ids[k / channels]] = true;
+      EXPECT_EQ(samples[k], list[ids[k / channels].value() * channels + k % channels]) << "slice " << slice;
+      seen[ids[k / channels].value()] = true;
     }
     EXPECT_EQ(std::count(seen.begin(), seen.end(), true), std::ssize(seen)) << "slice " << slice;
   }
@@ -69,7 +69,7 @@ class HardCases : public testing::Test {
   // Runs a problem by both methods and in both precisions. R is right to `tolerance` of what its sums amplify.
   void expect_stable(const Extents& extents, const FilterSpec& filter, const SampleSpec& samples = {},
                      const ValueKernelSpec& value_kernel = {}) {
-    ProblemSpec problem{extents, samples, 1, filter, value_kernel};
+    ProblemSpec problem{extents, samples, Stratify::slice, 1, filter, value_kernel};
     SCOPED_TRACE(extents.to_string() + ", " + samples.space);
     OptimizerSpec anneal;
     anneal.stop.iterations = 60;

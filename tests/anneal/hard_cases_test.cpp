@@ -15,7 +15,12 @@ using namespace testing_support;
 
 // How far R, followed through `count` swaps by their dE, ends from R as it then is: dR = dE / (n m F(0)).
 double drift(const std::string& kind, Precision precision, int count) {
-  ProblemSpec problem{Extents({31, 37, 3}), {}, 1, product({group({0, 1}, gauss(1.0)), group({2}, ema(0.2, 0.1))}), {}};
+  ProblemSpec problem{Extents({31, 37, 3}),
+                      {},
+                      Stratify::slice,
+                      1,
+                      product({group({0, 1}, gauss(1.0)), group({2}, ema(0.2, 0.1))}),
+                      {}};
   problem.samples.space = kind;
   const Extents& extents = problem.extents;
   const Cell cells = extents.cells_per_slice();

@@ -87,7 +87,7 @@ class CoupledTexture {
   Footprint footprint_;
   SampleSource source_;
   std::vector<SliceField> fields_;
-  std::vector<std::vector<std::uint32_t>> permutations_;
+  std::vector<Permutation> permutations_;
 };
 
 TEST(Hazard, ColourClassesConvergeWhereAllSlicesAtOnceDoNot) {

@@ -219,8 +219,7 @@ class SievedMover : public ::testing::Test {
 
   VisitResult visited(const FeatureMap* sieve, double temperature) const {
     AnnealMover mover(make_swap_delta(footprint_, kernel_, Precision::float32, nullptr, std::nullopt, sieve));
-    std::vector<std::uint32_t> ids(48 * 48);
-    std::iota(ids.begin(), ids.end(), 0U);
+    const Permutation ids = identity_permutation(48 * 48);
     return mover.visit({0, 0, 9, 8}, temperature, PartnerDraw(48 * 48, {64}, false), texture_.field(0), ids,
                        texture_.field_of());
   }

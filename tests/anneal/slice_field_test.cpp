@@ -21,9 +21,8 @@ float value_at(std::int64_t x, std::int64_t y, int c) {
 SliceField numbered_field() {
   const Footprint footprint(Extents({width, height}), product({group({0, 1}, box(4))}));
   SliceField field(FieldLayout(footprint, 2));
-  std::vector<std::uint32_t> order(width * height);
+  Permutation order = identity_permutation(width * height);
   std::vector<float> list;
-  std::iota(order.begin(), order.end(), 0U);
   std::reverse(order.begin(), order.end());
   for (Cell id = 0; id < width * height; ++id) {
     const Cell cell = width * height - 1 - id;

@@ -20,6 +20,25 @@ namespace {
 using namespace testing_support;
 using test::Texture;
 
+// A slice has as many samples as cells, and both are numbers from 0: none is taken for the other.
+static_assert(!std::is_convertible_v<Cell, SampleId> && !std::is_convertible_v<SampleId, Cell>);
+static_assert(sizeof(SampleId) == sizeof(std::uint32_t) && std::is_trivially_copyable_v<SampleId>);
+template <class Id>
+concept HasPartner = requires(const PartnerDraw& draw, Id id) {
+  draw.partner(id, 1);
+};
+static_assert(HasPartner<SampleId> && !HasPartner<Cell> && !HasPartner<std::uint32_t>);
+template <class Key>
+concept NamesCell = requires(decltype(cells_by_id({}, {}, {}, {})) cells, Key key) {
+  cells[key];
+};
+static_assert(NamesCell<SampleId> && !NamesCell<Cell> && !NamesCell<std::uint32_t>);
+template <class Ids>
+concept LaysOut = requires(SliceField field, Ids ids, std::vector<float> list) {
+  field.fill(ids, list);
+};
+static_assert(LaysOut<Permutation> && !LaysOut<std::vector<std::uint32_t>> && !LaysOut<std::vector<Cell>>);
+
 class Movers : public ::testing::Test {
  protected:
   const Extents extents_{Extents({17, 13, 3})};
@@ -27,11 +46,7 @@ class Movers : public ::testing::Test {
   const ValueKernel kernel_ = test::kernel_of(test::all_spaces()[0], ValueKernelKind::distance, 3);
   const Cell cells_ = extents_.cells_per_slice();
 
-  std::vector<std::uint32_t> ids() const {
-    std::vector<std::uint32_t> ids(static_cast<std::size_t>(cells_));
-    std::iota(ids.begin(), ids.end(), 0U);
-    return ids;
-  }
+  Permutation ids() const { return identity_permutation(cells_); }
   AnnealMover anneal_mover() const { return AnnealMover(make_swap_delta(footprint_, kernel_, Precision::float64)); }
 };
 
@@ -125,12 +140,12 @@ TEST(PartnerDraw, KeepsItsDistanceOnARingAndReflectsOnALine) {
   const PartnerDraw line(n, {64}, false);
   for (std::uint32_t id = 0; id < n; ++id) {
     for (std::int32_t step = -n / 2; step <= n / 2; ++step) {
-      const std::int64_t around = std::abs(std::int64_t{ring.partner(id, step)} - std::int64_t{id});
+      const std::int64_t around = std::abs(ring.partner(SampleId(id), step) - SampleId(id));
       ASSERT_EQ(std::min(around, n - around), std::abs(step));
-      ASSERT_LT(line.partner(id, step), static_cast<std::uint32_t>(n));
+      ASSERT_LT(line.partner(SampleId(id), step).value(), n);
       const std::int64_t straight = std::int64_t{id} + step;
       if (straight >= 0 && straight < n) {
-        ASSERT_EQ(line.partner(id, step), straight);
+        ASSERT_EQ(line.partner(SampleId(id), step).value(), straight);
       }
     }
   }
@@ -199,10 +214,10 @@ TEST(PartnerDraw, StaysInRange) {
   for (const std::int64_t n : {1, 2, 3, 5}) {
     for (const bool circular : {false, true}) {
       const PartnerDraw partners(n, {64}, circular);
-      for (std::uint32_t id = 0; id < n; ++id) {
+      for (const SampleId id : first_indices<SampleId>(n)) {
         for (const auto step : {partners.lowest_step(), partners.lowest_step() * std::exp2(partners.log2_ratio())}) {
-          EXPECT_LT(partners.partner(id, static_cast<std::int32_t>(step)), n);
-          EXPECT_LT(partners.partner(id, -static_cast<std::int32_t>(step)), n);
+          EXPECT_LT(partners.partner(id, static_cast<std::int32_t>(step)).value(), n);
+          EXPECT_LT(partners.partner(id, -static_cast<std::int32_t>(step)).value(), n);
         }
       }
     }

@@ -88,7 +88,7 @@ SampleSource source_of(const ProblemSpec& problem) {
   return {problem.samples, problem.extents.cells_per_slice(), problem.extents.num_slices(), problem.seed};
 }
 
-std::vector<std::vector<std::uint32_t>> straight_run(const Case& job, std::vector<HistoryRow>& history) {
+std::vector<Permutation> straight_run(const Case& job, std::vector<HistoryRow>& history) {
   const Communicator alone = Communicator::self();
   ThreadPool pool(1);
   const SampleSource source = source_of(job.problem);
@@ -96,7 +96,7 @@ std::vector<std::vector<std::uint32_t>> straight_run(const Case& job, std::vecto
   engine.start();
   while (!engine.finished()) engine.step(0);
   history = engine.history();
-  std::vector<std::vector<std::uint32_t>> result;
+  std::vector<Permutation> result;
   for (SliceIndex s = 0; s < job.problem.extents.num_slices(); ++s) result.push_back(engine.permutation(s));
   return result;
 }
@@ -140,7 +140,7 @@ TEST(SwapOptimizer, GoesOnFromEveryStepToTheSamePermutations) {
     while (!engine->finished()) {
       engine->step(0);
       const SwapState state = engine->state();
-      std::vector<std::vector<std::uint32_t>> all(static_cast<std::size_t>(job.problem.extents.num_slices()));
+      std::vector<Permutation> all(static_cast<std::size_t>(job.problem.extents.num_slices()));
       // Everybody learns every permutation, as from a run file.
       const Distribution& distribution = engine->distribution();
       std::vector<std::byte> sent;
@@ -152,7 +152,7 @@ TEST(SwapOptimizer, GoesOnFromEveryStepToTheSamePermutations) {
           },
           [&](SliceIndex slice, std::span<const std::byte> block) {
             auto& ids = all[static_cast<std::size_t>(slice)];
-            ids.resize(block.size() / sizeof(std::uint32_t));
+            ids.resize(block.size() / sizeof(SampleId));
             std::copy(block.begin(), block.end(), std::as_writable_bytes(std::span(ids)).begin());
           });
       std::vector<SliceIndex> every(static_cast<std::size_t>(distribution.num_slices()));
@@ -165,7 +165,7 @@ TEST(SwapOptimizer, GoesOnFromEveryStepToTheSamePermutations) {
           },
           [&](SliceIndex slice, std::span<const std::byte> block) {
             auto& ids = all[static_cast<std::size_t>(slice)];
-            ids.resize(block.size() / sizeof(std::uint32_t));
+            ids.resize(block.size() / sizeof(SampleId));
             std::copy(block.begin(), block.end(), std::as_writable_bytes(std::span(ids)).begin());
           });
       engine = std::make_unique<SwapOptimizer>(job.problem, job.optimizer, source, world, pool);
@@ -258,7 +258,7 @@ TEST(SwapOptimizer, KeepsTheSamplesOfEverySliceBitForBit) {
       const std::vector<float> samples = engine.samples(s);
       std::vector<bool> seen(list.size() / channels);
       for (std::size_t cell = 0; cell < seen.size(); ++cell) {
-        const std::uint32_t id = engine.permutation(s)[cell];
+        const std::uint32_t id = engine.permutation(s)[cell].value();
         EXPECT_FALSE(seen[id]);
         seen[id] = true;
         for (std::size_t c = 0; c < channels; ++c) EXPECT_EQ(samples[cell * channels + c], list[id * channels + c]);

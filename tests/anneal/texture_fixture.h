@@ -64,8 +64,7 @@ class Texture {
       : footprint_(footprint), kernel_(kernel), engine_(seed) {
     const Extents& extents = footprint.extents();
     const auto channels = static_cast<std::size_t>(kernel.channels);
-    std::vector<std::uint32_t> in_order(static_cast<std::size_t>(extents.cells_per_slice()));
-    for (std::size_t k = 0; k < in_order.size(); ++k) in_order[k] = static_cast<std::uint32_t>(k);
+    const Permutation in_order = identity_permutation(extents.cells_per_slice());
     for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
       std::vector<float> list(in_order.size() * channels);
       for (std::size_t k = 0; k < in_order.size(); ++k) draw(&list[k * channels]);

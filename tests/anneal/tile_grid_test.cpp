@@ -147,8 +147,7 @@ TEST(Tiles, SwapsOfAllTilesTogetherChangeTheEnergyByTheirSum) {
   Texture texture(footprint, kernel, 3);
   const TileGrid grid(footprint, 1);
   ASSERT_GT(grid.num_tiles(), 1);
-  std::vector<std::uint32_t> ids(83 * 71);
-  std::iota(ids.begin(), ids.end(), 0U);
+  const Permutation ids = identity_permutation(83 * 71);
   AnnealMover mover(make_swap_delta(footprint, kernel, Precision::float64, nullptr, grid.window()));
   const PartnerDraw partners(grid.window().width * grid.window().height, {8}, false);
   const double start = texture.energy();
@@ -176,16 +175,18 @@ TEST(CellsById, AreTheCellsOfTheWindowInTheOrderOfTheirIds) {
   const Footprint footprint = box_footprint(Extents({83, 71}), 4);
   const FieldLayout slice(footprint, 1);
   const FieldLayout window(footprint, 1, {30, 20});
-  std::vector<std::uint32_t> permutation(83 * 71);
-  for (std::size_t k = 0; k < permutation.size(); ++k) permutation[k] = static_cast<std::uint32_t>(k * 2999 % 5893);
+  Permutation permutation(83 * 71);
+  for (std::size_t k = 0; k < permutation.size(); ++k) permutation[k] = SampleId(k * 2999 % 5893);
   const Corner corner{70, 60};
-  const std::vector<std::uint32_t> cells = cells_by_id(slice, corner, window, permutation);
+  const IndexedVector<SampleId, std::uint32_t> cells = cells_by_id(slice, corner, window, permutation);
   ASSERT_EQ(cells.size(), 600U);
   EXPECT_EQ(std::set<std::uint32_t>(cells.begin(), cells.end()).size(), 600U);
   const auto id = [&](std::uint32_t cell) {
     return permutation[static_cast<std::size_t>(slice_cell(slice, corner, window, cell))];
   };
-  for (std::size_t k = 1; k < cells.size(); ++k) EXPECT_LT(id(cells[k - 1]), id(cells[k]));
+  for (std::size_t k = 1; k < cells.size(); ++k) {
+    EXPECT_LT(id(cells[SampleId(k - 1)]), id(cells[SampleId(k)]));
+  }
 }
 
 }  // namespace

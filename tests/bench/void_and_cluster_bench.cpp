@@ -1,7 +1,8 @@
 // Times void and cluster, start-up included: processor seconds of rank 0 phase by phase, and elapsed seconds.
-//   [mpirun -n RANKS] void_and_cluster_bench SIZES GROUPS [SEED [THREADS]]
-// e.g. 64x64x16x16 xy+zw; axes: x y z w v u s t in that order. The fingerprint tells whether two runs gave the same
-// order.
+//   [mpirun -n RANKS] void_and_cluster_bench SIZES GROUPS [SEED [THREADS [DENSITY]]]
+// e.g. 64x64x16x16 xy+zw, without an initial pattern unless DENSITY is given; axes: x y z w v u s t in that order. The
+// fingerprint tells whether two runs gave the same order.
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
@@ -50,6 +51,7 @@ int main(int argc, char** argv) {
   const auto seconds = [] { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; };
   VacSpec spec = parse(argv[1], argv[2]);
   if (argc > 3) spec.seed = std::stoull(argv[3]);
+  spec.density = argc > 5 ? std::stod(argv[5]) : 0;
   const Communicator world = Communicator::world();
   ThreadPool pool(argc > 4 ? std::stoi(argv[4]) : 1);
   VoidAndCluster run(spec, world, pool);
@@ -70,6 +72,7 @@ int main(int argc, char** argv) {
   const auto picks = static_cast<double>(run.progress().num_swaps) + pixels;
   std::printf(", all %.3f s, %.3f us a pixel; elapsed %.3f s\n", last, 1e6 * last / pixels, elapsed);
   std::printf("%.2f swaps a point, %.5f collectives and %.2f bytes a pick and rank, fingerprint %08x\n",
-              static_cast<double>(run.progress().num_swaps) / static_cast<double>(run.progress().num_start_points),
+              static_cast<double>(run.progress().num_swaps) /
+                  static_cast<double>(std::max<std::int64_t>(1, run.progress().num_start_points)),
               static_cast<double>(run.collectives()) / picks, static_cast<double>(run.bytes_sent()) / picks, print);
 }

@@ -140,16 +140,17 @@ TEST(VoidAndClusterConfig, RefusesWhatDoesNotApplyAtItsLine) {
               ElementsAre("run.toml:8: filter.groups[1].sigma = 1001: " + with + "must be at most 1000"));
 }
 
-TEST(VoidAndClusterConfig, RefusesUnequalWeights) {
+TEST(VoidAndClusterConfig, WeighsGroupsOverTheHeaviest) {
   MaskText text;
-  text.first = "{ axes = \"xy\", kernel = \"gauss-energy\", weight = 0.25 }";
-  text.second = "{ axes = \"t\", kernel = \"gauss-energy\", weight = 0.75 }";
-  const std::string why = "with method = \"void-and-cluster\" all groups weigh the same: leave the weights out";
-  EXPECT_THAT(faults_of(text.text()), ElementsAre("run.toml:7: filter.groups[0].weight = 0.25: " + why,
-                                                  "run.toml:8: filter.groups[1].weight = 0.75: " + why));
-  text.first = "{ axes = \"xy\", kernel = \"gauss-energy\", weight = 0.5 }";
-  text.second = "{ axes = \"t\", kernel = \"gauss-energy\", weight = 0.5 }";
-  EXPECT_THAT(faults_of(text.text()), IsEmpty());
+  const auto weights_of = [&](const std::string& first, const std::string& second) {
+    text.first = "{ axes = \"xy\", kernel = \"gauss-energy\", weight = " + first + " }";
+    text.second = "{ axes = \"t\", kernel = \"gauss-energy\", weight = " + second + " }";
+    const VacSpec spec = vac_spec(parsed(text.text()));
+    return std::vector<double>{spec.groups[0].weight, spec.groups[1].weight};
+  };
+  EXPECT_THAT(weights_of("0.25", "0.75"), ElementsAre(0.25 / 0.75, 1));
+  EXPECT_THAT(weights_of("0.5", "0.5"), ElementsAre(1, 1));
+  EXPECT_THAT(weights_of("0.5000004", "0.4999996"), ElementsAre(1, 1));  // as equal as thirds can be written
 }
 
 TEST(VoidAndClusterConfig, NamesValuesOutOfRange) {

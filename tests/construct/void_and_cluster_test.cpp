@@ -101,6 +101,16 @@ TEST(VoidAndCluster, EqualsSlowTwinForUnusualGroups) {
   expect_equals_oracle(vac_spec({9, 10, 11}, {{2}}));                    // each pixel alone over time
 }
 
+TEST(VoidAndCluster, EqualsSlowTwinWithWeights) {
+  VacSpec spec = vac_spec({13, 11, 7}, {{0, 1}, {2}});
+  spec.groups[1].weight = 0.3;
+  expect_equals_oracle(spec);
+  spec = vac_spec({19, 17}, {{0, 1}, {0, 1}}, 1.3);  // one kernel of two widths
+  spec.groups[1].sigma_px = 2.6;
+  spec.groups[1].weight = 0.06;
+  expect_equals_oracle(spec);
+}
+
 TEST(VoidAndCluster, EqualsSlowTwinWithASigmaPerGroup) {
   VacSpec spec = vac_spec({13, 11, 7}, {{0, 1}, {2}});
   spec.groups[0].sigma_px = 2.3;

@@ -83,11 +83,9 @@ TEST(ValueKernel, StbnKernelEqualsItsFormulaForEveryNumberOfChannelsAndAxes) {
 
 TEST(StartPermutation, HoldsEveryIdOnce) {
   for (const std::int64_t cells : {1, 2, 3, 101, 128 * 127}) {
-    std::vector<std::uint32_t> order = start_permutation(3, 2, cells);
+    Permutation order = start_permutation(3, 2, cells);
     std::sort(order.begin(), order.end());
-    std::vector<std::uint32_t> expected(static_cast<std::size_t>(cells));
-    std::iota(expected.begin(), expected.end(), 0U);
-    EXPECT_EQ(order, expected);
+    EXPECT_EQ(order, identity_permutation(cells));
   }
 }
 
@@ -98,7 +96,7 @@ TEST(StartPermutation, IsAFunctionOfSeedAndSliceOnly) {
 }
 
 TEST(StartPermutation, AllOrdersAreEquallyLikely) {
-  std::map<std::vector<std::uint32_t>, int> count;
+  std::map<Permutation, int> count;
   constexpr int trials = 24'000;
   for (SliceIndex slice = 0; slice < trials; ++slice) ++count[start_permutation(1, slice, 4)];
   ASSERT_EQ(count.size(), 24U);
@@ -111,10 +109,11 @@ TEST(StartPermutation, HighIdsReachEveryQuarter) {
   // Draws must use all their bits: of 2^16 + 1 cells each quarter of the ids lands in each quarter of the cells
   // equally.
   constexpr std::int64_t cells = (1 << 16) + 1;
-  const std::vector<std::uint32_t> order = start_permutation(1, 0, cells);
+  const Permutation order = start_permutation(1, 0, cells);
   std::array<int, 16> count{};
   for (std::size_t cell = 0; cell < cells - 1; ++cell) {
-    if (order[cell] < cells - 1) ++count[(cell >> 14) * 4 + (order[cell] >> 14)];
+    const std::uint32_t id = order[cell].value();
+    if (id < cells - 1) ++count[(cell >> 14) * 4 + (id >> 14)];
   }
   for (const int c : count) EXPECT_NEAR(c, 4096, 4 * std::sqrt(4096 * 0.75 * 0.75));
 }

@@ -48,7 +48,9 @@ class RenderTest(support.ProgramTest):
             if not one["on"]:
                 self.assertEqual(set(one["counted"].values()), {0}, one["name"])
         self.assertEqual([one["name"] for one in plan["passes"] if not one["on"]],
-                         ["picture", "dither", "transparency", "pictures"])
+                         ["picture", "density", "light", "columns", "flights", "primary hits", "edge weights",
+                          "predictions", "dither",
+                          "transparency", "free-flight", "ray-march", "ambient-occlusion", "soft-shadow", "pictures"])
         self.assertFalse((self.folder / "out/pictures").exists())
 
     def test_plan_alone_renders_and_makes_nothing(self):

@@ -17,6 +17,7 @@ width = 17
 height = 9
 frames = 5
 repeats = 3
+outputs = ["curves", "images", "predictions"]
 [[noise]]
 kind = "white"
 [[noise]]
@@ -30,6 +31,13 @@ bits = 2
 [effects.transparency]
 alpha = [0.3, 0.5, 0.7]
 staggered = true
+[effects.free-flight]
+[effects.ray-march]
+[effects.ambient-occlusion]
+samples = 2
+[effects.soft-shadow]
+[volume]
+resolution = 9
 [filter.time]
 kernels = ["ema", "mc"]
 [[filter.space]]
@@ -37,6 +45,7 @@ kernel = "box"
 size = 3
 [[filter.space]]
 kernel = "binomial"
+edges = ["depth", "normal"]
 )";
 
 const PassResult& pass_of(const Result& result, std::string_view name) {
@@ -66,7 +75,8 @@ TEST(Passes, ASceneWithEveryEffectDoesWhatItsPlanSays) {
   const std::int64_t pixels = 17 * 9 * 5 * 3;
   EXPECT_EQ(count_of(pass_of(result, "transparency").counted, Work::noise_values), pixels * 3 * 3);
   EXPECT_EQ(count_of(pass_of(result, "integrand").counted, Work::estimates), pixels * 3);
-  EXPECT_EQ(count_of(pass_of(result, "filter over space").counted, Work::taps), pixels * 3 * 7 * 3 * 12);
+  EXPECT_EQ(count_of(pass_of(result, "filter over space").counted, Work::taps),
+            pixels * 3 * (1 + 3 + 3 + 1 + 1 + 1 + 1) * 3 * (6 + 9));
 }
 
 TEST(Passes, WhatIsNotNamedIsOff) {
@@ -76,7 +86,7 @@ TEST(Passes, WhatIsNotNamedIsOff) {
   scene.outputs.clear();
   const Result result = rendered(scene);
   expect_as_planned(result);
-  for (const char* const off : {"picture", "dither", "filter over time", "pictures"})
+  for (const char* const off : {"picture", "dither", "predictions", "filter over time", "pictures"})
     EXPECT_FALSE(pass_of(result, off).planned.on) << off;
   EXPECT_TRUE(result.pictures.empty());
   // Without curves and averages the last frame alone is worth anything.
@@ -99,9 +109,9 @@ TEST(Passes, OneEffectLessLeavesTheOthersBytes) {
   Scene scene = scene_of(everything);
   scene.integrand.on = false;
   const Result less = rendered(scene);
-  const auto others = static_cast<std::ptrdiff_t>(all.squares.size() / 3);
+  const auto others = static_cast<std::ptrdiff_t>(all.squares.size() / 7);
   EXPECT_TRUE(std::equal(less.squares.begin(), less.squares.end(), all.squares.begin() + others));
-  const auto pictures = static_cast<std::ptrdiff_t>(all.pictures.size() / 3);
+  const auto pictures = static_cast<std::ptrdiff_t>(all.pictures.size() / 7);
   for (std::size_t i = 0; i < less.pictures.size(); ++i)
     EXPECT_EQ(less.pictures[i].values, all.pictures[i + static_cast<std::size_t>(pictures)].values);
 }
@@ -137,8 +147,8 @@ TEST(Passes, EveryNeedOfThePictureIsNeeded) {
 
 TEST(Passes, SecondsOfPassesAreThoseOfTheWall) {
   Scene scene = scene_of(everything);
-  scene.width = 200;
-  scene.height = 150;
+  scene.width = 100;
+  scene.height = 75;
   const Result result = rendered(scene, 1);
   double sum = 0;
   for (const PassResult& one : result.passes) sum += one.seconds;

@@ -95,9 +95,10 @@ TEST(Expectation, TwoStandardErrorsDecide) {
   EXPECT_EQ(outcome_of_less({-1, 1, -0.1}), Outcome::undecided);
   EXPECT_EQ(outcome_of_less({-1}), Outcome::undecided);
   EXPECT_EQ(outcome_of_less({0, 0}), Outcome::undecided);
-  EXPECT_EQ(outcome_of_equal({-1, 1, -0.1}), Outcome::holds);
-  EXPECT_EQ(outcome_of_equal({0, 0}), Outcome::holds);
-  EXPECT_EQ(outcome_of_equal({-1, -1.1, -0.9}), Outcome::fails);
+  EXPECT_EQ(outcome_of_equal({-1, 1, -0.1}, 0), Outcome::holds);
+  EXPECT_EQ(outcome_of_equal({0, 0}, 0), Outcome::holds);
+  EXPECT_EQ(outcome_of_equal({-1, -1.1, -0.9}, 0.5), Outcome::fails);
+  EXPECT_EQ(outcome_of_equal({-1, -1.1, -0.9}, 1.5), Outcome::holds);
 }
 
 }  // namespace

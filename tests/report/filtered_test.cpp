@@ -25,9 +25,9 @@ TEST(FilteredError, IsThatOfAPlainBoxFilter) {
       }
     return sum;
   };
-  const std::vector<std::uint32_t> order = start_permutation(1, 0, 256);
+  const Permutation order = start_permutation(1, 0, 256);
   std::vector<double> shuffled;
-  for (const std::uint32_t i : order) shuffled.push_back(step[i]);
+  for (const SampleId id : order) shuffled.push_back(step[id.value()]);
   EXPECT_NEAR(error.ratio, filtered_square(step) / filtered_square(shuffled), 1e-9);
 }
 

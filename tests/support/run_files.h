@@ -34,10 +34,10 @@ inline Texture start_texture(const RunConfig& config) {
   const std::size_t channels = static_cast<std::size_t>(source.channels());
   for (SliceIndex s = 0; s < extents.num_slices(); ++s) {
     const std::vector<float> list = source.list(s);
-    const std::vector<std::uint32_t> order = start_permutation(problem.seed, s, extents.cells_per_slice());
+    const Permutation order = start_permutation(problem.seed, s, extents.cells_per_slice());
     std::vector<float> slice;
-    for (const std::uint32_t id : order)
-      for (std::size_t c = 0; c < channels; ++c) slice.push_back(list[id * channels + c]);
+    for (const SampleId id : order)
+      for (std::size_t c = 0; c < channels; ++c) slice.push_back(list[id.value() * channels + c]);
     interleaved_to_planar(slice, source.channels(), texture.slice(s));
   }
   return texture;

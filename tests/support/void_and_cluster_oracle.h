@@ -126,7 +126,7 @@ class VoidAndClusterOracle {
       }
       for (std::size_t p = 0; p < n_; ++p) {
         for (std::size_t q = 0; q < n_; ++q) {
-          double product = p == q ? 0 : 1;
+          double product = p == q ? 0 : group.weight;
           for (std::size_t axis = 0; axis < num_axes; ++axis) {
             const auto d = static_cast<std::size_t>(std::abs(at[p][axis] - at[q][axis]));
             product *= in_group(axis) ? gauss[axis][d] : d == 0 ? 1 : 0;

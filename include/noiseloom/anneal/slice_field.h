@@ -30,6 +30,7 @@
 #include <vector>
 
 #include "noiseloom/problem/footprint.h"
+#include "noiseloom/samples/sample_space.h"
 
 namespace noiseloom {
 
@@ -122,8 +123,8 @@ class SliceField {
   // Writes the sample and its images in the border.
   void set(Cell cell, const float* sample);
   void swap(Cell a, Cell b);
-  // sample [cell] = list[permutation[cell]], list interleaved.
-  void fill(std::span<const std::uint32_t> permutation, std::span<const float> list);
+  // The sample of every cell, as `permutation` says; list [id][channel].
+  void fill(std::span<const SampleId> permutation, std::span<const float> list);
   // Copies the window at `corner` of a whole slice, and what lies around it.
   void copy_window(const SliceField& slice, Corner corner);
   // Without the border: [channel][y][x], or interleaved [y][x][channel].

@@ -13,6 +13,7 @@
 
 #include "noiseloom/anneal/swap_delta.h"
 #include "noiseloom/dist/halo_exchange.h"
+#include "noiseloom/samples/sample_space.h"
 
 namespace noiseloom {
 
@@ -52,18 +53,18 @@ class PartnerDraw {
   float lowest_step() const { return lowest_step_; }
   float log2_ratio() const { return log2_ratio_; }  // of the largest step to the lowest
   // The id that is `step` away from `id`, |step| <= length of a run / 2 + 1.
-  std::uint32_t partner(std::uint32_t id, std::int32_t step) const {
-    const std::uint32_t first = num_strata_ == 1 ? 0 : id / run_ * run_;
-    const std::int64_t other = std::int64_t{id - first} + step;
+  SampleId partner(SampleId id, std::int32_t step) const {
+    const std::uint32_t first = num_strata_ == 1 ? 0 : id.value() / run_ * run_;
+    const std::int64_t other = std::int64_t{id.value() - first} + step;
     const std::int64_t last = std::int64_t{run_} - 1;
-    if (circular_) {
-      return static_cast<std::uint32_t>(other < 0 ? other + run_ : other > last ? other - run_ : other);
-    }
+    if (circular_) return unchecked(other < 0 ? other + run_ : other > last ? other - run_ : other);
     const std::int64_t above = other < 0 ? -other : other;
-    return first + static_cast<std::uint32_t>(above > last ? std::max<std::int64_t>(0, 2 * last - above) : above);
+    return unchecked(first + (above > last ? std::max<std::int64_t>(0, 2 * last - above) : above));
   }
 
  private:
+  static SampleId unchecked(std::int64_t id) { return SampleId(static_cast<std::uint32_t>(id)); }
+
   int num_strata_;
   std::uint32_t run_;  // ids of a stratum
   bool circular_;
@@ -71,9 +72,10 @@ class PartnerDraw {
   float log2_ratio_;
 };
 
-// The cells of a window in the order of their samples' ids, which is all that partners need to know of them.
-std::vector<std::uint32_t> cells_by_id(const FieldLayout& slice, Corner corner, const FieldLayout& window,
-                                       std::span<const std::uint32_t> permutation);
+// The cells of a window in the order of their samples' ids, which is all that partners need to know of them: looked
+// into with the place of a sample among those of the window, which is its id where the window is the slice.
+IndexedVector<SampleId, std::uint32_t> cells_by_id(const FieldLayout& slice, Corner corner, const FieldLayout& window,
+                                                   std::span<const SampleId> permutation);
 
 // Metropolis at one temperature; candidates in order, each seeing the swaps before it. temperature 0
 // accepts improvements and ties only. Partners are looked up for sixteen candidates at a time (proposals.h).
@@ -85,16 +87,16 @@ class AnnealMover {
   explicit AnnealMover(std::unique_ptr<SwapDelta> delta);
   // `partners` is for as many samples as the window of the SwapDelta has; the swaps are of cells of the slice.
   VisitResult visit(const Visit& visit, double temperature, const PartnerDraw& partners, const SliceField& field,
-                    std::span<const std::uint32_t> permutation, const FieldOf& others);
+                    std::span<const SampleId> permutation, const FieldOf& others);
   // Memory for the swaps of the next visit.
   void recycle(std::vector<Swap> swaps) { spare_ = std::move(swaps); }
   // Mean |dE| of `count` candidates of the visit, none of them carried out.
   double mean_magnitude(const Visit& visit, std::int64_t count, const PartnerDraw& partners, const SliceField& field,
-                        std::span<const std::uint32_t> permutation, const FieldOf& others);
+                        std::span<const SampleId> permutation, const FieldOf& others);
 
  private:
   struct Batch;
-  void load(const Visit& visit, const SliceField& field, std::span<const std::uint32_t> permutation);
+  void load(const Visit& visit, const SliceField& field, std::span<const SampleId> permutation);
   void draw(const Visit& visit, std::uint64_t first, std::uint64_t end, const PartnerDraw& partners,
             Batch& batch) const;
   void carry_out(CellPair pair);
@@ -104,8 +106,9 @@ class AnnealMover {
   void judge(const Range& range, const Batch& batch, std::size_t k, VisitResult& result);
 
   std::unique_ptr<SwapDelta> delta_;
-  std::vector<std::uint32_t> id_at_;    // position of the sample of a cell among those of the window
-  std::vector<std::uint32_t> cell_of_;  // and the other way round
+  // Of the cells of the window: the place of the sample there among those of the window, and the other way round.
+  std::vector<SampleId> id_at_;
+  IndexedVector<SampleId, std::uint32_t> cell_of_;
   std::vector<Swap> spare_;
   std::size_t num_swaps_ = 0;  // of the visit before: about as many as of the next
 };

@@ -42,7 +42,7 @@ inline constexpr std::int64_t anneal_algorithm = 6;
 inline constexpr std::int64_t fast_algorithm = 2;
 
 // Of a slice: the id of the sample of every cell.
-using PermutationOf = std::function<std::vector<std::uint32_t>(SliceIndex)>;
+using PermutationOf = std::function<Permutation(SliceIndex)>;
 
 // Of the last sweep.
 struct SweepFigures {
@@ -120,9 +120,9 @@ class SwapOptimizer {
 
   // Where the run began with a given arrangement: that of an own slice.
   bool has_given() const;
-  const std::vector<std::uint32_t>& given_permutation(SliceIndex slice) const;
+  const Permutation& given_permutation(SliceIndex slice) const;
   // Of an own slice: ids by cell, and samples interleaved [y][x][channel].
-  const std::vector<std::uint32_t>& permutation(SliceIndex slice) const;
+  const Permutation& permutation(SliceIndex slice) const;
   std::vector<float> samples(SliceIndex slice) const;
 
  private:

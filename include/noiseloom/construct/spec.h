@@ -48,6 +48,7 @@ struct VacGroup {
   double sigma_px = 1.9;
   std::vector<int> box_axes = {};  // those of `axes` along which the kernel is a box
   int box_size = 0;
+  double weight = 1;  // above 0, at most 1; the largest of all groups is 1
 };
 
 struct VacSpec {

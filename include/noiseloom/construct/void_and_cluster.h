@@ -3,7 +3,8 @@
 // The energy of a pixel p is the sum over the pixels q != p that are on of K(p - q) [Ulichney93]
 // [STBN22, sections 3.1 and 4.1], with
 //
-//   K(d) = sum_g [d is zero on every axis outside group g] * prod_{a in g} k_a(d_a),   k_a(d) = exp(-d^2 / 2 sigma_g^2)
+//   K(d) = sum_g w_g [d is zero on every axis outside group g] * prod_{a in g} k_a(d_a),
+//   k_a(d) = exp(-d^2 / 2 sigma_g^2)
 //
 // or, on the box axes of a group, k_a(d) = max(0, n - |d|) / n with n = box_g (folded; 1 where the box is as long as
 // the axis): the energy of the unions of n slices in a row, added up over all such runs, so that each union is blue.

@@ -4,10 +4,12 @@
 //   Rank          a process of the run
 //   LocalSlice    a slice of a rank, counted from the rank's first (core/distribution.h)
 //   SliceIndex    a slice of the texture
+//   SampleId      a sample of a slice's list (samples/sample_space.h)
 //
 // What folders say to each other names things by these types; a loop that does arithmetic on positions takes the
-// integer out once and keeps it to itself. Counts and coordinates are integers, and so is the slice of the texture,
-// which counts and coordinates make up: every other kind being a type, it can be mistaken for none of them.
+// integer out once and keeps it to itself. Counts and coordinates are integers, and so are the slice of the texture
+// and a cell of it, which counts and coordinates make up: every other kind being a type, they can be mistaken for none
+// of them.
 #pragma once
 
 #include <compare>

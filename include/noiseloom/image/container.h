@@ -83,7 +83,7 @@ class ContainerWriter {
 struct Container {
   std::string name;  // as --format takes it; one name may have a row for each content
   ContainerContent content = ContainerContent::pixels;
-  std::vector<std::string> endings;   // of file names; the first is what files get
+  std::vector<std::string> endings;   // of file names; the first is what files get. With two dots: chosen by name alone
   std::vector<PixelType> types;       // the first is the default; empty where numbers have no choice of type
   std::vector<ExportLayout> layouts;  // the first is the default
   StoredNumbers numbers = StoredNumbers::by_type;

@@ -26,6 +26,7 @@ struct ExportOptions {
   std::string format;     // name of a container; from the ending of `output`, else png
   std::string layout;     // slices, strip, row, atlas, atlas:CxR, exr-multipart, array, volume, function
   std::string depth;      // 8, 16, 32, 16f, 32f
+  std::string consumer;   // a program that decides most of these (consumers.h)
   std::string channels;   // R, RG, RGB, RGBA: of a pixel, where the container would take others
   std::string naming;     // plain, nvidia, ea, a pattern
   std::string slices;     // "a:b": a, a + 1, ..., b - 1

@@ -20,8 +20,9 @@ std::string to_string(Outcome outcome);
 // From differences between two errors, one for each repeat: whether their mean is below zero by more than two standard
 // errors of the mean (holds), above it by as much (fails), or neither. Undecided where there is one alone.
 Outcome outcome_of_less(const std::vector<double>& differences);
-// Whether the mean is within three standard errors of zero.
-Outcome outcome_of_equal(const std::vector<double>& differences);
+// Whether the mean is within three standard errors of zero, or no further than `margin`: repeats are of one texture,
+// and do not show how it differs from another of its kind.
+Outcome outcome_of_equal(const std::vector<double>& differences, double margin);
 
 struct MeanAndError {
   double mean = 0;

@@ -24,6 +24,10 @@ inline constexpr auto purpose_of_white = static_cast<Purpose>(101);
 inline constexpr auto purpose_of_scramble = static_cast<Purpose>(102);
 inline constexpr auto purpose_of_move = static_cast<Purpose>(103);
 inline constexpr auto purpose_of_threshold = static_cast<Purpose>(104);
+inline constexpr auto purpose_of_density = static_cast<Purpose>(105);
+
+// What a texture of unit vectors holds.
+enum class Directions { none, cosine, hemisphere, sphere };
 
 struct Noise {
   NoiseSpec spec;
@@ -34,6 +38,7 @@ struct Noise {
 
   // Numbers of [0, 1) that one value holds: a scalar 1, vector2 2, ...; 0 for directions and the like.
   int numbers_in_value() const;
+  Directions directions() const;
 };
 
 // Makes the texture of a config and puts the run file at `output`; what is there already may be taken or gone on with.

@@ -20,8 +20,24 @@
 namespace noiseloom::render {
 
 // What passes hand to each other in memory.
-enum class Data : std::uint8_t { noises, picture, truth, estimate, accumulated, filtered, errors, pictures };
-inline constexpr int num_data = 8;
+enum class Data : std::uint8_t {
+  noises,
+  picture,
+  density,
+  light,
+  columns,
+  flights,
+  hits,
+  edge_weights,
+  truth,
+  estimate,
+  accumulated,
+  filtered,
+  errors,
+  pictures,
+  predictions
+};
+inline constexpr int num_data = 15;
 std::string_view name_of(Data data);
 
 class DataSet {
@@ -41,8 +57,19 @@ class DataSet {
 };
 
 // What is counted while passes run. Each worker counts for itself.
-enum class Work : std::uint8_t { expectations, noise_values, estimates, averages, taps, differences };
-inline constexpr int num_work = 6;
+enum class Work : std::uint8_t {
+  expectations,
+  noise_values,
+  estimates,
+  primary_rays,
+  rays,
+  march_steps,
+  density_reads,
+  averages,
+  taps,
+  differences
+};
+inline constexpr int num_work = 10;
 std::string_view name_of(Work work);
 using Counts = std::array<std::int64_t, num_work>;
 constexpr std::int64_t& count_of(Counts& counts, Work work) { return counts[static_cast<std::size_t>(work)]; }

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,12 +40,17 @@ struct Result {
   std::vector<double> squares;
   std::vector<ResultPicture> truths;    // [effect][filter over space, none first], where pictures are put out
   std::vector<ResultPicture> pictures;  // [effect][noise][stage] of the last frame, where they are put out
-  std::vector<double> bias;             // [effect][stage]: rms of the filtered truth's distance from the truth
+  std::vector<double> bias;             // [effect][stage]: rms distance of the filtered truth from the converged one
+  // [noise][stage]: error over that of white noise as the score of the texture promises it, where they are put out.
+  std::vector<std::optional<double>> predictions;
   std::vector<PassResult> passes;
   double seconds = 0;  // of the wall
   int threads = 1;
 
   double square(std::size_t effect, std::size_t noise, int repeat, std::size_t stage, int frame) const;
+  // Error over that of the noise called "white"; NaN where there is none, or where that has none.
+  double over_white(std::size_t effect, std::size_t noise, std::size_t stage, int frame) const;
+  std::optional<double> prediction(std::size_t noise, std::size_t stage) const;
   // Root of the mean over repeats, and its standard error.
   MeanAndError rmse(std::size_t effect, std::size_t noise, std::size_t stage, int frame) const;
 };

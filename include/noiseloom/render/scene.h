@@ -50,6 +50,38 @@ struct TransparencySpec {
   bool staggered = false;             // each pane covers a part of the picture, and overlaps its neighbours
 };
 
+// In the order of the words of volume.density.
+enum class Density { slab, cloud };
+
+struct VolumeSpec {
+  Density density = Density::cloud;
+  double extinction = 12;
+  double albedo = 0.9;
+  int resolution = 64;  // cloud: corners of cells along an axis
+  std::uint64_t seed = 1;
+};
+
+struct FreeFlightSpec {
+  bool on = false;
+  int steps = 64;
+};
+
+struct RayMarchSpec {
+  bool on = false;
+  int steps = 4;
+};
+
+struct OcclusionSpec {
+  bool on = false;
+  int samples = 1;
+  bool uniform = false;  // numbers become directions of equal density, weighted by their cosine
+};
+
+struct ShadowSpec {
+  bool on = false;
+  double radius = 8;  // of the sun, degrees
+};
+
 enum class EmaStart { full, cumulative };
 
 struct TimeFilterSpec {
@@ -63,10 +95,13 @@ enum class Border { clamp, wrap };
 
 struct SpaceFilterSpec {
   SpaceKernel kernel = SpaceKernel::box;
-  int size = 5;           // box
-  double sigma = 1;       // gauss
-  int n = 2;              // binomial: n + 1 taps
-  std::string name = {};  // empty: kernel and number, "box5"
+  int size = 5;                         // box
+  double sigma = 1;                     // gauss
+  int n = 2;                            // binomial: n + 1 taps
+  std::vector<std::string> edges = {};  // "depth", "normal": what a tap is weighed by besides
+  double depth = 0.05;                  // distance from the tangent plane at which a tap weighs 1/e
+  int power = 32;                       // of the cosine between normals
+  std::string name = {};                // empty: kernel and number, "box5"
 };
 
 struct ExpectSpec {
@@ -95,6 +130,11 @@ struct Scene {
   IntegrandSpec integrand;
   DitherSpec dither;
   TransparencySpec transparency;
+  VolumeSpec volume;
+  FreeFlightSpec free_flight;
+  RayMarchSpec ray_march;
+  OcclusionSpec occlusion;
+  ShadowSpec shadow;
   TimeFilterSpec time;
   std::vector<SpaceFilterSpec> space;
   Border border = Border::clamp;
@@ -104,7 +144,7 @@ struct Scene {
 };
 
 // A picture is rendered for each effect that a scene names.
-enum class Effect { integrand, dither, transparency };
+enum class Effect { integrand, dither, transparency, free_flight, ray_march, occlusion, shadow };
 std::string name_of(Effect effect);
 std::vector<Effect> effects_of(const Scene& scene);
 

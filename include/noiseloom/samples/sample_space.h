@@ -63,8 +63,15 @@ class SampleSource {
   std::unique_ptr<Impl> impl_;
 };
 
-// The start permutation of a slice: element [cell] is the id of the sample there. Uniformly random (Fisher-Yates from
+// A sample of a slice: its place in the slice's list. No cell of the slice, though there are as many of these.
+using SampleId = Index<struct SampleIdTag, std::uint32_t>;
+// Where the samples of a slice lie: element [cell] is the sample there.
+using Permutation = std::vector<SampleId>;
+
+// The permutation that a slice starts with. Uniformly random (Fisher-Yates from
 // counter-based draws of 64 bits). Requires 1 <= cells_per_slice <= 2^32.
-std::vector<std::uint32_t> start_permutation(std::uint64_t seed, SliceIndex slice, std::int64_t cells_per_slice);
+Permutation start_permutation(std::uint64_t seed, SliceIndex slice, std::int64_t cells_per_slice);
+// Every sample in the cell that has its number.
+Permutation identity_permutation(std::int64_t cells_per_slice);
 
 }  // namespace noiseloom

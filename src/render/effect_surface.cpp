@@ -1,0 +1,122 @@
+// Ambient occlusion and the soft shadow of a sun, by random directions.
+#include <algorithm>
+
+#include "noiseloom/core/error.h"
+#include "render/effect-inl.h"
+#include "render/effect_list.h"
+
+namespace noiseloom::render {
+namespace {
+
+int numbers_of_occlusion(const Scene& scene, const Noise& noise) {
+  if (noise.directions() != Directions::none) return 3 * scene.occlusion.samples;
+  return if_numbers(2 * scene.occlusion.samples, noise);
+}
+
+// Directions about +z.
+Vector cosine_direction(double u, double v) {
+  const double radius = std::sqrt(u);
+  return {radius * math::cos_2pi(v), radius * math::sin_2pi(v), std::sqrt(std::max(0.0, 1 - u))};
+}
+Vector direction_at(double cosine, double v) {
+  const double radius = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+  return {radius * math::cos_2pi(v), radius * math::sin_2pi(v), cosine};
+}
+
+Vector turned(Vector about_z, Vector normal) {
+  const Frame frame = frame_of(normal);
+  return about_z.x * frame.first + about_z.y * frame.second + about_z.z * normal;
+}
+
+struct OcclusionEffect {
+  OcclusionEffect(const Shared& shared, int, const Noise* noise_of_job)
+      : hits(&shared.hits.get(Data::hits, shared.pass_or("ambient-occlusion"))), spec(shared.scene.occlusion) {
+    if (noise_of_job == nullptr) return;
+    kind = noise_of_job->directions();
+    numbers_of_pixel = numbers_of_occlusion(shared.scene, *noise_of_job);
+  }
+
+  int channels() const { return 1; }
+  int numbers() const { return numbers_of_pixel; }
+  int rays() const { return spec.samples; }
+  int march_steps() const { return 0; }
+
+  // One direction, what it counts, and where it goes.
+  double sample(const Hit& hit, Draw draw, int i) const {
+    const auto number = [&](int k) { return static_cast<double>(draw(k)); };
+    switch (kind) {
+      case Directions::none: {
+        if (!spec.uniform) return open(hit, turned(cosine_direction(number(2 * i), number(2 * i + 1)), hit.normal));
+        const double cosine = number(2 * i);
+        return 2 * cosine * open(hit, turned(direction_at(cosine, number(2 * i + 1)), hit.normal));
+      }
+      case Directions::cosine:
+        return open(hit, turned({number(3 * i), number(3 * i + 1), number(3 * i + 2)}, hit.normal));
+      case Directions::hemisphere: {
+        const Vector local = {number(3 * i), number(3 * i + 1), number(3 * i + 2)};
+        return 2 * local.z * open(hit, turned(local, hit.normal));
+      }
+      case Directions::sphere:
+        break;
+    }
+    Vector direction = {number(3 * i), number(3 * i + 1), number(3 * i + 2)};
+    const double cosine = dot(direction, hit.normal);
+    if (cosine < 0) direction = -1 * direction;
+    return 2 * std::fabs(cosine) * open(hit, direction);
+  }
+  static double open(const Hit& hit, Vector direction) { return is_hidden(hit, direction) ? 0 : 1; }
+
+  void estimate(int x, int y, Draw draw, float* out) const {
+    double sum = 0;
+    for (int i = 0; i < spec.samples; ++i) sum += sample(hits->at(x, y), draw, i);
+    out[0] = static_cast<float>(sum / spec.samples);
+  }
+  void expect(int x, int y, double* out) const { out[0] = open_share(hits->at(x, y)); }
+
+  const Hits* hits;
+  OcclusionSpec spec;
+  Directions kind = Directions::none;
+  int numbers_of_pixel = 0;
+};
+
+struct ShadowEffect {
+  ShadowEffect(const Shared& shared, int, const Noise*)
+      : hits(&shared.hits.get(Data::hits, shared.pass_or("soft-shadow"))),
+        cos_radius(math::cos_2pi(shared.scene.shadow.radius / 360)) {}
+
+  int channels() const { return 1; }
+  int numbers() const { return 2; }
+  int rays() const { return 1; }
+  int march_steps() const { return 0; }
+
+  void estimate(int x, int y, Draw draw, float* out) const {
+    const double cosine = 1 - static_cast<double>(draw(0)) * (1 - cos_radius);
+    const Vector direction = turned(direction_at(cosine, static_cast<double>(draw(1))), sun_direction);
+    const Hit& hit = hits->at(x, y);
+    // A place on the sphere sees what is above its own tangent plane.
+    const bool hidden = hit.shape == Shape::sphere ? dot(hit.normal, direction) <= 0 : is_hidden(hit, direction);
+    out[0] = hidden ? 0 : 1;
+  }
+  void expect(int x, int y, double* out) const { out[0] = sun_share(hits->at(x, y), cos_radius); }
+
+  const Hits* hits;
+  double cos_radius;
+};
+
+}  // namespace
+
+const EffectCalls occlusion_calls = {Effect::occlusion,
+                                     [](const Scene&) { return 1; },
+                                     numbers_of_occlusion,
+                                     [](const Scene&) { return false; },
+                                     estimate_image<OcclusionEffect>,
+                                     truth_image<OcclusionEffect>};
+
+const EffectCalls shadow_calls = {Effect::shadow,
+                                  [](const Scene&) { return 1; },
+                                  [](const Scene&, const Noise& noise) { return if_numbers(2, noise); },
+                                  [](const Scene&) { return false; },
+                                  estimate_image<ShadowEffect>,
+                                  truth_image<ShadowEffect>};
+
+}  // namespace noiseloom::render

@@ -1,0 +1,162 @@
+// Light through a volume, with one number for each pixel.
+//
+//   free flight   the ray is cut into n steps, of which each has the density of its middle. The light scatters in the
+//                 first step k where the optical depth S_k up to its end is above -ln(1 - u), which is where the share
+//                 1 - e^-S_k that is scattered by then is above u, and is what reaches that place; else the background
+//                 is seen. The mean over u is
+//                    sum_k (e^-S_(k-1) - e^-S_k) L_k + e^-S_n background
+//                 "above", not "at least": where there is nothing, nothing scatters, whatever the number.
+//   ray march     n steps of equal length, all begun at the part u of their length: sum_k T_k (1 - e^-(d_k/n)) L_k +
+//                 T_n background. It is biased by its steps; its own mean over u is its truth, and what the bias is
+//                 stands beside it.
+#include <algorithm>
+
+#include "noiseloom/core/error.h"
+#include "render/effect-inl.h"
+#include "render/effect_list.h"
+
+namespace noiseloom::render {
+namespace {
+
+struct FreeFlightEffect : PlainEffect {
+  FreeFlightEffect(const Shared& shared, int, const Noise*)
+      : flights(&shared.flights.get(Data::flights, shared.pass_or("free-flight"))),
+        width(shared.scene.width),
+        height(shared.scene.height) {}
+
+  int channels() const { return 1; }
+  int numbers() const { return 1; }
+
+  std::size_t first(int x, int y) const {
+    return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) *
+           static_cast<std::size_t>(flights->steps);
+  }
+  void estimate(int x, int y, Draw draw, float* out) const {
+    const float* const scattered = flights->scattered.data() + first(x, y);
+    const float* const end = scattered + flights->steps;
+    const float* const step = std::upper_bound(scattered, end, draw(0));
+    out[0] = step == end ? static_cast<float>(background(y, height))
+                         : flights->light[first(x, y) + static_cast<std::size_t>(step - scattered)];
+  }
+  void expect(int x, int y, double* out) const {
+    const std::size_t begin = first(x, y);
+    double sum = 0;
+    double before = 0;
+    for (std::size_t k = begin; k < begin + static_cast<std::size_t>(flights->steps); ++k) {
+      const double after = static_cast<double>(flights->scattered[k]);
+      sum += (after - before) * static_cast<double>(flights->light[k]);
+      before = after;
+    }
+    out[0] = sum + (1 - before) * background(y, height);
+  }
+
+  const Flights* flights;
+  int width;
+  int height;
+};
+
+float march(const Columns& columns, std::size_t first, int steps, float offset, float behind) {
+  const Node* const column = columns.values.data() + first;
+  const float step = 1 / static_cast<float>(steps);
+  float sum = 0;
+  float through = 1;
+  for (int k = 0; k < steps; ++k) {
+    const float z = (static_cast<float>(k) + offset) * step;
+    const Node node = along(column, columns.nodes, z);
+    const float kept = exp_minus(step * node.density);
+    sum += through * (1 - kept) * node.light;
+    through *= kept;
+  }
+  return sum + through * behind;
+}
+
+struct RayMarchEffect : PlainEffect {
+  RayMarchEffect(const Shared& shared, int, const Noise*)
+      : columns(&shared.columns.get(Data::columns, shared.pass_or("ray-march"))),
+        steps(shared.scene.ray_march.steps),
+        width(shared.scene.width),
+        height(shared.scene.height) {}
+
+  int channels() const { return 1; }
+  int numbers() const { return 1; }
+
+  int march_steps() const { return steps; }
+
+  std::size_t first(int x, int y) const {
+    return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) *
+           static_cast<std::size_t>(columns->nodes);
+  }
+  void estimate(int x, int y, Draw draw, float* out) const {
+    out[0] = march(*columns, first(x, y), steps, draw(0), static_cast<float>(background(y, height)));
+  }
+  // By the midpoint rule. Densities are linear between nodes, of which the offset passes nodes / steps: eight places
+  // and more for each of them.
+  void expect(int x, int y, double* out) const {
+    const int places = std::max(16, 8 * columns->nodes / steps);
+    double sum = 0;
+    for (int i = 0; i < places; ++i)
+      sum += static_cast<double>(march(*columns, first(x, y), steps,
+                                       (static_cast<float>(i) + 0.5F) / static_cast<float>(places),
+                                       static_cast<float>(background(y, height))));
+    out[0] = sum / places;
+  }
+
+  const Columns* columns;
+  int steps;
+  int width;
+  int height;
+};
+
+// What both tend to with ever smaller steps.
+Image fine_march(const Shared& shared) {
+  const Columns& columns = shared.columns.get(Data::columns, "truth");
+  constexpr int fine = 512;
+  Image image = make_image(shared.scene.width, shared.scene.height, 1);
+  shared.pool.for_each(image.height, [&](std::int64_t row, int) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < image.width; ++x)
+      image.row(0, y)[x] =
+          march(columns,
+                (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x)) *
+                    static_cast<std::size_t>(columns.nodes),
+                fine, 0.5F, static_cast<float>(background(y, image.height)));
+  });
+  return image;
+}
+
+}  // namespace
+
+Flights make_flights(const Columns& columns, int steps) {
+  const auto nodes = static_cast<std::size_t>(columns.nodes);
+  const std::size_t pixels = columns.values.size() / nodes;
+  Flights flights{.steps = steps, .scattered = {}, .light = {}};
+  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+    double depth = 0;
+    for (int k = 0; k < steps; ++k) {
+      const float z = (static_cast<float>(k) + 0.5F) / static_cast<float>(steps);
+      const Node node = along(columns.values.data() + pixel * nodes, columns.nodes, z);
+      depth += static_cast<double>(node.density) / steps;
+      flights.scattered.push_back(static_cast<float>(1 - math::exp(-depth)));
+      flights.light.push_back(node.light);
+    }
+  }
+  return flights;
+}
+
+const EffectCalls free_flight_calls = {Effect::free_flight,
+                                       [](const Scene&) { return 1; },
+                                       [](const Scene&, const Noise& noise) { return if_numbers(1, noise); },
+                                       [](const Scene&) { return false; },
+                                       estimate_image<FreeFlightEffect>,
+                                       truth_image<FreeFlightEffect>,
+                                       fine_march};
+
+const EffectCalls ray_march_calls = {Effect::ray_march,
+                                     [](const Scene&) { return 1; },
+                                     [](const Scene&, const Noise& noise) { return if_numbers(1, noise); },
+                                     [](const Scene&) { return false; },
+                                     estimate_image<RayMarchEffect>,
+                                     truth_image<RayMarchEffect>,
+                                     fine_march};
+
+}  // namespace noiseloom::render
