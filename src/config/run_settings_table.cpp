@@ -75,7 +75,8 @@ std::vector<Setting> rows() {
            "What the strata of the samples are spread over. With slice+time the length of the axis t divides the "
            "pixels of a slice; samples are annealed within what was constructed for it.",
        .field = [](RunConfig& c) -> Field { return &c.problem.stratify; },
-       .words = stratify_table},
+       .words = stratify_table,
+       .when = with_swaps},
 
       {.key = "energy", .type = Type::table, .sentence = "How samples are compared."},
       {.key = "energy.value_kernel",

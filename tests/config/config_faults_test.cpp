@@ -261,7 +261,7 @@ TEST(ConfigFaults, SuggestTheTableThatAKeyBelongsTo) {
   config.seed = "method = \"fast\"";
   EXPECT_THAT(faults_of(config.text()),
               ElementsAre("run.toml:4: texture.method: unknown key; did you mean \"optimizer.method\"? accepted: size, "
-                          "samples, seed"));
+                          "samples, seed, stratify"));
 }
 
 TEST(ConfigFaults, FollowFromNoWordThatIsKnown) {
@@ -371,7 +371,7 @@ TEST(ConfigFaults, NameTheOverrideThatIsWrong) {
               ElementsAre("--set texture.seed=x: texture.seed = \"x\": must be an integer, at least 0"));
   EXPECT_THAT(fault("texture.sead=3"),
               ElementsAre("--set texture.sead=3: texture.sead: unknown key; did you mean \"seed\"? "
-                          "accepted: size, samples, seed"));
+                          "accepted: size, samples, seed, stratify"));
   EXPECT_THAT(fault("filter.groups[3].size=3"),
               ElementsAre("--set filter.groups[3].size=3: the list has 2 elements, counted from 0"));
   EXPECT_THAT(fault("texture.seed[0]=3"), ElementsAre("--set texture.seed[0]=3: not a list"));

@@ -222,6 +222,7 @@ TEST(Config, TextIsStableAndReadable) {
 size = { x = 7, y = 5, t = 3 }
 samples = "uniform"
 seed = 1
+stratify = "slice"
 
 [filter]
 combine = "product"
