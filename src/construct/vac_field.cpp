@@ -68,12 +68,14 @@ VacWords allocate_words(std::size_t count) {
 
 void VacFree::operator()(void* memory) const { std::free(memory); }
 
-VacField::VacField(const VacSpec& spec, const VacKernel& kernel, SliceIndex slice_begin, SliceIndex slice_end)
+VacField::VacField(const VacSpec& spec, const VacKernel& kernel, SliceIndex slice_begin, SliceIndex slice_end,
+                   std::int64_t cells_to_wait)
     : layout_(spec, slice_begin, slice_end),
       kernel_(kernel),
       num_words_(static_cast<std::size_t>((slice_end - slice_begin) * layout_.slice_words + line_words)),
       data_(allocate_words(num_words_)),
       bounds_(static_cast<std::size_t>((slice_end - slice_begin) * layout_.leaves + line_words)) {
+  if (layout_.cells >= cells_to_wait && slice_end > slice_begin) pending_ = VacPending::make(layout_, kernel_);
   clear();
 }
 
@@ -92,7 +94,17 @@ std::size_t VacField::leaf(std::uint64_t position) const {
   return static_cast<std::size_t>(slice * layout_.leaves + p % layout_.cells / leaf_cells);
 }
 
-void VacField::clear() { std::fill_n(data_.get(), num_words_, 0U); }
+void VacField::clear() {
+  std::fill_n(data_.get(), num_words_, 0U);
+  if (pending_) pending_->clear();
+}
+
+// Nothing waits after this.
+void VacField::settle() {
+  if (!pending_ || pending_->empty()) return;
+  vac_simd::bring_up_all(layout_, data_.get(), *pending_);
+  pending_->clear();
+}
 
 namespace {
 
@@ -277,15 +289,30 @@ void VacField::turn(std::span<const std::uint64_t> positions) {
   const auto last = std::lower_bound(first, positions.end(), cells * static_cast<std::uint64_t>(layout_.slice_end));
   const std::span<const std::uint64_t> own(first, last);
   for (const std::uint64_t position : own) data_[index(position)] ^= vac_flag;
+  std::span<const std::uint64_t> in_own_slice = own;
+  if (!On) settle();
+  if (On && pending_) {
+    at_once_.clear();
+    for (const std::uint64_t position : own) {
+      if (!pending_->add(layout_, layout_.place(position))) at_once_.push_back(position);
+    }
+    in_own_slice = at_once_;
+  }
   for (const VacGroupKernel& group : kernel_.groups()) {
     if (contains_x(group)) {
       const bool in_slice = group.others.empty() || group.others.back() == 1;
-      vac_simd::add_rows(layout_, group, data_.get(), On, in_slice ? own : positions);
+      vac_simd::add_rows(layout_, group, data_.get(), On,
+                         VacPending::waits(group) ? in_own_slice
+                         : in_slice               ? own
+                                                  : positions);
       continue;
     }
     order_by_line(positions);
     add_points<On>(layout_, group, data_.get(), by_line_);
   }
+  if (!On || !pending_) return;
+  pending_->end_batch();
+  if (pending_->is_full()) settle();
 }
 
 // Fills by_line_. By counting, unless there are far more lines than pixels.
@@ -337,6 +364,7 @@ static void append_positions(const VacLayout& layout, std::span<const std::size_
 }
 
 void VacField::turn_on_watching(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits) {
+  settle();
   watched_.clear();
   if (has(position)) data_[index(position)] ^= vac_flag;
   turn_watching<true>(layout_, kernel_, data_.get(), position, limit, watched_);
@@ -344,13 +372,17 @@ void VacField::turn_on_watching(std::uint64_t position, std::uint32_t limit, std
 }
 
 void VacField::turn_off_watching(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits) {
+  settle();
   watched_.clear();
   if (has(position)) data_[index(position)] ^= vac_flag;
   turn_watching<false>(layout_, kernel_, data_.get(), position, limit, watched_);
   append_positions(layout_, watched_, hits);
 }
 
-void VacField::refresh_bounds(VacView view) { vac_simd::leaf_minima(layout_, data_.get(), view, bounds_.data()); }
+void VacField::refresh_bounds(VacView view) {
+  settle();
+  vac_simd::leaf_minima(layout_, data_.get(), view, bounds_.data());
+}
 
 std::span<const std::uint32_t> VacField::bounds() const {
   return std::span(bounds_).first(bounds_.size() - static_cast<std::size_t>(line_words));
@@ -359,7 +391,8 @@ std::span<const std::uint32_t> VacField::bounds() const {
 bool VacField::scan(VacView view, const VacTieHash& hash, std::uint64_t limit, std::size_t max_found,
                     std::vector<VacCandidate>& found) {
   found.clear();
-  return vac_simd::scan_leaves(layout_, data_.get(), view, hash, limit, max_found, bounds_.data(), found);
+  return vac_simd::scan_leaves(layout_, data_.get(), pending_ ? &*pending_ : nullptr, view, hash, limit, max_found,
+                               bounds_.data(), found);
 }
 
 void VacField::lower_bound_to(std::uint64_t position, std::uint32_t value) {

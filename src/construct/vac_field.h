@@ -11,10 +11,13 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "construct/vac_kernel.h"
+#include "construct/vac_layout.h"
+#include "construct/vac_pending.h"
 
 namespace noiseloom {
 
@@ -28,44 +31,6 @@ struct VacCandidate {
   std::uint64_t key() const { return (std::uint64_t{energy} << 32) | hash; }
 };
 
-// A pixel: position = cell + cells * slice.
-struct VacPlace {
-  std::int64_t cell;
-  std::int64_t slice;
-};
-
-// How positions map to words. All axes; slices [slice_begin, slice_end) are present.
-struct VacLayout {
-  VacLayout(const VacSpec& spec, SliceIndex begin, SliceIndex end);
-
-  int num_axes;
-  std::array<std::int64_t, Extents::max_axes> size;
-  std::array<bool, Extents::max_axes> toroidal;
-  std::array<std::int64_t, Extents::max_axes> slice_step;  // what a step along a slice axis adds to the slice
-  std::int64_t cells;                                      // per slice
-  std::int64_t num_slices;
-  std::int64_t slice_begin;
-  std::int64_t slice_end;
-  std::int64_t slice_words;  // between the starts of two slices
-  std::int64_t leaves;       // per slice
-
-  using Coord = std::array<std::int64_t, Extents::max_axes>;
-  Coord coord(std::uint64_t position) const;
-  VacPlace place(std::uint64_t position) const {
-    const auto p = static_cast<std::int64_t>(position);
-    return {p % cells, p / cells};
-  }
-  // Adds `offset` on `axis`; false where that leaves a non-toroidal axis. |offset| <= size.
-  bool move(std::int64_t& c, int axis, std::int64_t offset) const {
-    const std::int64_t n = size[static_cast<std::size_t>(axis)];
-    c += offset;
-    if (c >= 0 && c < n) return true;
-    c += c < 0 ? n : -n;
-    return toroidal[static_cast<std::size_t>(axis)];
-  }
-  bool has_slice(std::int64_t slice) const { return slice >= slice_begin && slice < slice_end; }
-};
-
 struct VacFree {
   void operator()(void* memory) const;
 };
@@ -75,13 +40,19 @@ VacWords allocate_words(std::size_t count);
 
 class VacField {
  public:
-  // `kernel` must outlive the field.
-  VacField(const VacSpec& spec, const VacKernel& kernel, SliceIndex slice_begin, SliceIndex slice_end);
+  // `kernel` must outlive the field. Pixels wait where a slice has at least `cells_to_wait`: beyond what a third cache
+  // holds.
+  static constexpr std::int64_t usual_cells_to_wait = std::int64_t{1} << 22;
+  VacField(const VacSpec& spec, const VacKernel& kernel, SliceIndex slice_begin, SliceIndex slice_end,
+           std::int64_t cells_to_wait = usual_cells_to_wait);
 
   const VacLayout& layout() const { return layout_; }
   bool has(std::uint64_t position) const;
   // Energy and flag of a pixel of this field.
-  std::uint32_t word(std::uint64_t position) const { return data_[index(position)]; }
+  std::uint32_t word(std::uint64_t position) {
+    settle();
+    return data_[index(position)];
+  }
 
   // All off, all energies zero.
   void clear();
@@ -108,6 +79,7 @@ class VacField {
   std::size_t index(std::uint64_t position) const;
   std::size_t leaf(std::uint64_t position) const;
   void order_by_line(std::span<const std::uint64_t> positions);
+  void settle();
   template <bool On>
   void turn(std::span<const std::uint64_t> positions);
 
@@ -116,7 +88,9 @@ class VacField {
   std::size_t num_words_;
   VacWords data_;
   std::vector<std::uint32_t> bounds_;
-  std::vector<VacPlace> places_;  // of a call of turn
+  std::optional<VacPending> pending_;
+  std::vector<std::uint64_t> at_once_;  // of a call of turn: pixels that cannot wait
+  std::vector<VacPlace> places_;        // of a call of turn
   std::vector<VacPlace> by_line_;
   std::vector<std::uint32_t> line_ends_;
   std::vector<std::size_t> watched_;

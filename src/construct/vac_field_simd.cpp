@@ -10,6 +10,7 @@
 #include <hwy/highway.h>
 
 #include "construct/rows-inl.h"
+#include "construct/vac_pending-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::vac_simd::HWY_NAMESPACE {
@@ -205,7 +206,15 @@ struct Scan {
   }
 };
 
-bool ScanLeaves(const VacLayout& layout, const std::uint32_t* data, VacView view, const VacTieHash& hash,
+void BringUpAll(const VacLayout& layout, std::uint32_t* data, VacPending& pending) {
+  for (std::int64_t slice = 0; slice < layout.slice_end - layout.slice_begin; ++slice) {
+    for (std::int64_t leaf = 0; leaf < layout.leaves; ++leaf) {
+      bring_up(pending, layout, data + slice * layout.slice_words, slice, leaf);
+    }
+  }
+}
+
+bool ScanLeaves(const VacLayout& layout, std::uint32_t* data, VacPending* pending, VacView view, const VacTieHash& hash,
                 std::uint64_t limit, std::size_t max_found, std::uint32_t* bounds, std::vector<VacCandidate>& found) {
   const Lanes d;
   const Scan scan{static_cast<std::uint32_t>(view), &hash, static_cast<std::uint32_t>(limit >> 32),
@@ -214,7 +223,7 @@ bool ScanLeaves(const VacLayout& layout, const std::uint32_t* data, VacView view
   LeafCopy copy;
   for (std::int64_t slice = layout.slice_begin; slice < layout.slice_end; ++slice) {
     const auto local = slice - layout.slice_begin;
-    const std::uint32_t* const words = data + local * layout.slice_words;
+    std::uint32_t* const words = data + local * layout.slice_words;
     std::uint32_t* const slice_bounds = bounds + local * layout.leaves;
     const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
     const auto opened = [&](std::int64_t i) {  // of the leaves from i on, as bits
@@ -233,6 +242,7 @@ bool ScanLeaves(const VacLayout& layout, const std::uint32_t* data, VacView view
       for (; bits != 0; bits &= bits - 1) {
         const std::int64_t leaf = i + std::countr_zero(bits);
         const auto position = static_cast<std::uint64_t>(slice * layout.cells + leaf * 64);
+        if (pending != nullptr) bring_up(*pending, layout, words, local, leaf);
         slice_bounds[leaf] = scan.leaf(leaf_of(layout, words, leaf, view, copy), position);
         if (found.size() > max_found) return false;
       }
@@ -252,6 +262,7 @@ HWY_EXPORT(AddRows);
 HWY_EXPORT(AddRowsWatching);
 HWY_EXPORT(LeafMinima);
 HWY_EXPORT(ScanLeaves);
+HWY_EXPORT(BringUpAll);
 
 void add_rows(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, bool on,
               std::span<const std::uint64_t> positions) {
@@ -267,9 +278,14 @@ void leaf_minima(const VacLayout& layout, const std::uint32_t* data, VacView vie
   HWY_DYNAMIC_DISPATCH(LeafMinima)(layout, data, view, bounds);
 }
 
-bool scan_leaves(const VacLayout& layout, const std::uint32_t* data, VacView view, const VacTieHash& hash,
-                 std::uint64_t limit, std::size_t max_found, std::uint32_t* bounds, std::vector<VacCandidate>& found) {
-  return HWY_DYNAMIC_DISPATCH(ScanLeaves)(layout, data, view, hash, limit, max_found, bounds, found);
+bool scan_leaves(const VacLayout& layout, std::uint32_t* data, VacPending* pending, VacView view,
+                 const VacTieHash& hash, std::uint64_t limit, std::size_t max_found, std::uint32_t* bounds,
+                 std::vector<VacCandidate>& found) {
+  return HWY_DYNAMIC_DISPATCH(ScanLeaves)(layout, data, pending, view, hash, limit, max_found, bounds, found);
+}
+
+void bring_up_all(const VacLayout& layout, std::uint32_t* data, VacPending& pending) {
+  HWY_DYNAMIC_DISPATCH(BringUpAll)(layout, data, pending);
 }
 
 }  // namespace noiseloom::vac_simd
