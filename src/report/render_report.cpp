@@ -61,6 +61,8 @@ Picture beside(const Picture& a, const Picture& b) {
   return both;
 }
 
+std::string number_or_none(double value) { return std::isnan(value) ? "" : digits_text(value); }
+
 class Page {
  public:
   Page(const Scene& scene, const Result& result, const std::string& folder, OutputFiles& output)
@@ -124,7 +126,7 @@ class Page {
                             (promised && ratio > 0 ? fmt::format(" [{}]", digits_text(*promised * value.mean / ratio))
                                                    : std::string()));
       }
-      row.cells.push_back(digits_text(result_.bias[effect * result_.stages.size() + stage]));
+      row.cells.push_back(number_or_none(result_.bias[effect * result_.stages.size() + stage]));
       row.strong = stage == main_stage();
       table.rows.push_back(row);
     }

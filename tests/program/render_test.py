@@ -53,8 +53,9 @@ class RenderTest(support.ProgramTest):
                 self.assertEqual(set(one["counted"].values()), {0}, one["name"])
         self.assertEqual([one["name"] for one in plan["passes"] if not one["on"]],
                          ["picture", "density", "light", "columns", "flights", "primary hits", "edge weights",
-                          "predictions", "dither",
-                          "transparency", "free-flight", "ray-march", "ambient-occlusion", "soft-shadow", "pictures"])
+                          "predictions", "moving hits", "dither",
+                          "transparency", "free-flight", "ray-march", "ambient-occlusion", "soft-shadow", "histories",
+                          "pictures"])
         self.assertFalse((self.folder / "out/pictures").exists())
 
     def test_plan_alone_renders_and_makes_nothing(self):

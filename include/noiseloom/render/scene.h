@@ -83,12 +83,20 @@ struct ShadowSpec {
   double radius = 8;  // of the sun, degrees
 };
 
+// Whole pixels of the picture in a frame, to the right and downward, so that what has been seen is found again exactly.
+struct MotionSpec {
+  bool on = false;  // whether any of these is not 0
+  std::vector<int> camera = {0, 0};
+  std::vector<int> sphere = {0, 0};
+};
+
 enum class EmaStart { full, cumulative };
 
 struct TimeFilterSpec {
   std::vector<std::string> kernels;  // "ema", "mc"
   double alpha = 0.1;
   EmaStart start = EmaStart::full;
+  double rejection = 0;  // chance that a pixel begins again in a frame
 };
 
 enum class SpaceKernel { box, gauss, binomial };
@@ -136,6 +144,7 @@ struct Scene {
   RayMarchSpec ray_march;
   OcclusionSpec occlusion;
   ShadowSpec shadow;
+  MotionSpec motion;
   TimeFilterSpec time;
   std::vector<SpaceFilterSpec> space;
   Border border = Border::clamp;
