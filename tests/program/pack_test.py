@@ -65,9 +65,11 @@ class PackTest(support.ProgramTest):
         read = json.loads(subprocess.run(["node", script, self.folder / "a.ktx2"], check=True, capture_output=True,
                                          text=True).stdout)
         self.assertEqual(bytes.fromhex(read["data"]), self.expected(8).astype("u1").tobytes())
-        self.assertIn("channel 1 of lens; samples vector2; seed 1", read["keys"]["noiseloom.G"])
-        self.assertIn('samples = "uniform"', read["keys"]["noiseloom.config of time"])
-        self.assertEqual(read["keys"]["noiseloom.A"], "1")
+        # It takes values of keys that it does not know for bytes.
+        keys = {key: bytes(value.values()).rstrip(b"\0").decode() for key, value in read["keys"].items() if key.startswith("noiseloom")}
+        self.assertIn("channel 1 of lens; samples vector2; seed 1", keys["noiseloom.G"])
+        self.assertIn('samples = "uniform"', keys["noiseloom.config of time"])
+        self.assertEqual(keys["noiseloom.A"], "1")
 
     def test_what_does_not_fit_is_refused(self):
         small = self.write("small.toml", (CONFIG % "uniform").replace("x = 13", "x = 12"))
