@@ -33,6 +33,7 @@ value whose error your denoiser removes best.
 
   noiseloom export RUN.h5 -o DIR               run file to images, textures (KTX2, DDS), arrays, headers, shaders
   noiseloom score FILE [--config C.toml]       relative error of a run file or of anybody's images
+  noiseloom verify FILE...                     what a texture is, and what is wrong with it
   noiseloom analyze FILE -o DIR                spectra and convergence as report.html
   noiseloom accuracy CONFIG.toml -o DIR        what accuracy costs: error against seconds, as report.html
   noiseloom render SCENE.toml -o DIR           what noises are worth in a scene: errors after your filters
@@ -46,11 +47,11 @@ A first texture:
   noiseloom generate configs/quick.toml -o quick.h5 && noiseloom export quick.h5 -o quick
 
 Exit status: 0 done; 1 the environment failed (disk, MPI); 2 the input is wrong (nothing was started); 3 what a
-scene expects did not come out; 75 stopped early with everything saved: run the same command again with --resume.
+scene expects did not come out, or verify found something wrong; 75 stopped early with everything saved: run the same command again with --resume.
 )";
 
 const std::vector<std::string>& study_commands() {
-  static const std::vector<std::string> commands = {"export", "score", "analyze", "accuracy", "render"};
+  static const std::vector<std::string> commands = {"export", "score", "verify", "analyze", "accuracy", "render"};
   return commands;
 }
 

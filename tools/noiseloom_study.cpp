@@ -53,6 +53,7 @@ int run(int argc, char** argv) {
   int status = exit_done;
   add_accuracy(app, status);
   add_render(app, status);
+  add_verify(app, status);
   try {
     read_options(app, argc, argv);
     flush_standard_output();

@@ -17,6 +17,7 @@ void add_score(CLI::App& app);
 void add_analyze(CLI::App& app);
 void add_pixels(CLI::App& app);
 // `status` becomes the exit status when the command has run.
+void add_verify(CLI::App& app, int& status);
 void add_accuracy(CLI::App& app, int& status);
 
 void add_render(CLI::App& app, int& status);

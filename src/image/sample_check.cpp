@@ -87,26 +87,41 @@ std::string guess(const SampleSpec& samples, double least, double largest) {
   return "";
 }
 
-}  // namespace
+struct Outside {
+  std::int64_t count = 0;
+  std::size_t first = 0;  // index of its first value
+  std::vector<float> first_sample;
+};
 
-void check_in_space(const Texture& texture, const SampleSpec& samples, double step, const std::string& name) {
-  const Rule rule = rule_of(samples);
+Outside outside_of(const Rule& rule, const Texture& texture, double step) {
   const std::size_t cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
   const std::size_t channels = static_cast<std::size_t>(texture.channels);
   std::vector<float> sample(channels);
-  std::int64_t count = 0;
-  std::size_t first = 0;
-  std::vector<float> first_sample;
+  Outside outside;
   for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s) {
     const float* const slice = texture.slice(s);
     for (std::size_t cell = 0; cell < cells; ++cell) {
       for (std::size_t c = 0; c < channels; ++c) sample[c] = slice[c * cells + cell];
       if (obeys(rule, sample, step)) continue;
-      if (++count > 1) continue;
-      first = static_cast<std::size_t>(s) * channels * cells + cell;
-      first_sample = sample;
+      if (++outside.count > 1) continue;
+      outside.first = static_cast<std::size_t>(s) * channels * cells + cell;
+      outside.first_sample = sample;
     }
   }
+  return outside;
+}
+
+}  // namespace
+
+std::int64_t count_outside(const Texture& texture, const SampleSpec& samples, double step) {
+  return outside_of(rule_of(samples), texture, step).count;
+}
+
+std::string support_text(const SampleSpec& samples) { return rule_of(samples).text; }
+
+void check_in_space(const Texture& texture, const SampleSpec& samples, double step, const std::string& name) {
+  const Rule rule = rule_of(samples);
+  const auto [count, first, first_sample] = outside_of(rule, texture, step);
   if (count == 0) return;
   std::string found;
   for (const float v : first_sample) found += fmt::format("{}{}", found.empty() ? "" : ", ", v);

@@ -215,6 +215,34 @@ TextureFile load_texture(const std::string& path, const std::optional<RunConfig>
   return file;
 }
 
+StoredTexture load_stored_texture(const std::string& path, const std::optional<RunConfig>& config,
+                                  const TextureReading& reading) {
+  const FileKind kind = kind_of(path);
+  const loaders::Request request{path, config, reading};
+  StoredTexture found;
+  if (kind == FileKind::run_file) {
+    TextureFile file = loaders::run_file(request);
+    found.texture = std::move(file.texture);
+    for (int c = 0; c < found.texture.channels; ++c) found.channel_names.push_back(std::to_string(c));
+    found.values = true;
+    found.config = std::move(file.config);
+    found.source = std::move(file.source);
+    found.notes = std::move(file.notes);
+    return found;
+  }
+  loaders::Stored stored = load_stored(kind, request);
+  found.texture = std::move(stored.texture);
+  found.channel_names = std::move(stored.channel_names);
+  found.codes = stored.coding == loaders::Stored::Coding::codes;
+  found.values = stored.coding == loaders::Stored::Coding::values;
+  found.step = stored.step;
+  found.is_srgb = stored.is_srgb;
+  found.config = config ? config : std::move(stored.config);
+  found.source = std::move(stored.source);
+  found.notes = std::move(stored.notes);
+  return found;
+}
+
 Extents suggested_extents(const std::string& path, int channels, const TextureReading& reading) {
   std::vector<std::string> notes;
   switch (kind_of(path)) {

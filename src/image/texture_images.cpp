@@ -333,7 +333,8 @@ Stored images(const Request& request) {
     size_differs(arrangement.files.front(), size_of(shape), extents, first.window(0));
   if (!first.window(0).empty())
     stored.notes.push_back(fmt::format("The image has a {}; the data window was taken.", first.window(0)));
-  if (first.is_srgb())
+  stored.is_srgb = first.is_srgb();
+  if (stored.is_srgb)
     stored.notes.push_back("The file is marked as sRGB, by which a sampler bends every value; it was read as it is.");
   stored.texture = make_texture(extents, shape.channels);
   read_slices(arrangement, shape, stored.texture);

@@ -27,6 +27,7 @@ struct Stored {
   std::optional<ValueRange> range;  // of codes, where the file says it
   double step = 0;                  // between neighbouring numbers; 0: floats
   std::optional<RunConfig> config;  // that the file brings
+  bool is_srgb = false;             // marked as colours that samplers decode
   std::string source;
   std::vector<std::string> notes;
 };

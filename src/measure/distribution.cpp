@@ -95,21 +95,36 @@ Deviation largest_deviation(const Texture& texture, int channel, const SampleSpa
   return worst;
 }
 
+double bound_of(const Texture& texture) {
+  return std::sqrt(std::log(2 * texture.channels / odds) / (2 * static_cast<double>(texture.extents.num_cells())));
+}
+
+Deviation deviation_of(const Texture& texture, int channel, const SampleSpace& space, const Moments& moments) {
+  // An image holds numbers of an unbounded space as 0 to 1, over a range that nobody knows.
+  const bool coded = !space.traits().range && moments.least >= 0 && moments.largest <= 1 && moments.deviation > 0;
+  const Moments expected = coded ? moments_of(space, channel) : Moments{};
+  const double scale = coded ? moments.deviation / expected.deviation : 1;
+  return largest_deviation(texture, channel, space, coded ? moments.mean - scale * expected.mean : 0, scale);
+}
+
 }  // namespace
+
+double distribution_distance(const Texture& texture, const SampleSpec& samples) {
+  if (samples.is_file()) return 0;
+  const std::shared_ptr<const SampleSpace> space = space_of(samples);
+  double worst = 0;
+  for (int c = 0; c < texture.channels; ++c)
+    worst = std::max(worst, deviation_of(texture, c, *space, moments_of(texture, c)).distance);
+  return worst / bound_of(texture);
+}
 
 std::string distribution_warning(const Texture& texture, const SampleSpec& samples) {
   if (samples.is_file()) return "";
   const std::shared_ptr<const SampleSpace> space = space_of(samples);
-  const double n = static_cast<double>(texture.extents.num_cells());
-  const double bound = std::sqrt(std::log(2 * texture.channels / odds) / (2 * n));
+  const double bound = bound_of(texture);
   for (int c = 0; c < texture.channels; ++c) {
     const Moments moments = moments_of(texture, c);
-    // An image holds numbers of an unbounded space as 0 to 1, over a range that nobody knows.
-    const bool coded = !space->traits().range && moments.least >= 0 && moments.largest <= 1 && moments.deviation > 0;
-    const Moments expected = coded ? moments_of(*space, c) : Moments{};
-    const double scale = coded ? moments.deviation / expected.deviation : 1;
-    const Deviation worst =
-        largest_deviation(texture, c, *space, coded ? moments.mean - scale * expected.mean : 0, scale);
+    const Deviation worst = deviation_of(texture, c, *space, moments);
     if (worst.distance <= bound) continue;
     return fmt::format(
         "the values{} are not distributed as samples \"{}\" are: {:.3g} of them lie below {:.3g}, where {:.3g} belong; "

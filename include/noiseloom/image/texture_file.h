@@ -75,6 +75,22 @@ struct TextureFile {
 TextureFile load_texture(const std::string& path, const std::optional<RunConfig>& config,
                          const TextureReading& reading = {});
 
+// All that a file holds, before channels are chosen and numbers decoded: what `verify` looks at.
+struct StoredTexture {
+  Texture texture;  // every channel; integers as 0 to 1, (b + 0.5) / 2^n
+  std::vector<std::string> channel_names;
+  bool codes = false;               // integers
+  bool values = false;              // the values themselves: run files and arrays of floats
+  double step = 0;                  // between neighbouring numbers; 0: floats
+  bool is_srgb = false;             // marked as colours that samplers decode
+  std::optional<RunConfig> config;  // stored in the file, or the one given
+  std::string source;
+  std::vector<std::string> notes;
+};
+// As load_texture, without looking at what the numbers are.
+StoredTexture load_stored_texture(const std::string& path, const std::optional<RunConfig>& config,
+                                  const TextureReading& reading = {});
+
 // The size that a file that is no run file suggests, for a config that leaves it open. `channels`: those of a sample, 0
 // where that is open too. Throws UserError as load_texture does.
 Extents suggested_extents(const std::string& path, int channels, const TextureReading& reading);

@@ -18,4 +18,7 @@ namespace noiseloom {
 // scale, where all values lie in [0, 1], as those of images do.
 std::string distribution_warning(const Texture& texture, const SampleSpec& samples);
 
+// The largest distance over the bound: at most 1 where the distribution fits. 0 for samples of a file.
+double distribution_distance(const Texture& texture, const SampleSpec& samples);
+
 }  // namespace noiseloom
