@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "noiseloom/config/file_names.h"
 #include "noiseloom/config/settings.h"
 #include "noiseloom/image/texture_read.h"
 
@@ -139,6 +140,7 @@ struct Scene {
   std::vector<SpaceFilterSpec> space;
   Border border = Border::clamp;
   std::vector<ExpectSpec> expects;
+  WrittenPaths written_paths;
 
   bool puts_out(const std::string& what) const;
 };
@@ -162,6 +164,8 @@ const settings::FileKind& scene_kind();
 Scene load_scene(const std::string& path, const std::vector<std::string>& overrides);
 Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder,
                   const std::vector<std::string>& overrides = {});
+// Every setting that applies.
+std::string to_toml(const Scene& scene);
 // The reference of all settings.
 std::string describe_scene_settings();
 
