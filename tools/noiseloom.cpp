@@ -34,6 +34,7 @@ value whose error your denoiser removes best.
   noiseloom export RUN.h5 -o DIR               run file to images, textures (KTX2, DDS), arrays, headers, shaders
   noiseloom score FILE [--config C.toml]       relative error of a run file or of anybody's images
   noiseloom verify FILE...                     what a texture is, and what is wrong with it
+  noiseloom compare FILE FILE...               textures side by side, under the same filters
   noiseloom analyze FILE -o DIR                spectra and convergence as report.html
   noiseloom accuracy CONFIG.toml -o DIR        what accuracy costs: error against seconds, as report.html
   noiseloom render SCENE.toml -o DIR           what noises are worth in a scene: errors after your filters
@@ -51,7 +52,8 @@ scene expects did not come out, or verify found something wrong; 75 stopped earl
 )";
 
 const std::vector<std::string>& study_commands() {
-  static const std::vector<std::string> commands = {"export", "score", "verify", "analyze", "accuracy", "render"};
+  static const std::vector<std::string> commands = {"export",  "score",    "verify", "compare",
+                                                    "analyze", "accuracy", "render"};
   return commands;
 }
 

@@ -54,6 +54,7 @@ int run(int argc, char** argv) {
   add_accuracy(app, status);
   add_render(app, status);
   add_verify(app, status);
+  add_compare(app);
   try {
     read_options(app, argc, argv);
     flush_standard_output();

@@ -15,6 +15,7 @@ namespace noiseloom {
 void add_export(CLI::App& app);
 void add_score(CLI::App& app);
 void add_analyze(CLI::App& app);
+void add_compare(CLI::App& app);
 void add_pixels(CLI::App& app);
 // `status` becomes the exit status when the command has run.
 void add_verify(CLI::App& app, int& status);

@@ -10,13 +10,15 @@
 #include "noiseloom/image/consumers.h"
 #include "noiseloom/image/export.h"
 #include "noiseloom/image/export_importance.h"
+#include "noiseloom/image/export_pack.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {
 namespace {
 
 struct ExportArguments {
-  std::string file;
+  std::vector<std::string> files;
+  std::string packing;
   ExportOptions options;
   std::string importance;
 };
@@ -25,6 +27,21 @@ std::string list_of_files(const std::vector<std::string>& files) {
   if (files.size() == 1) return files.front();
   if (files.size() == 2) return fmt::format("{} and {}", files.front(), files.back());
   return fmt::format("{} files: {} to {}", files.size(), files.front(), files.back());
+}
+
+void run_pack(const ExportArguments& arguments) {
+  const ExportOptions& options = arguments.options;
+  std::vector<Fault> faults;
+  for (const auto& [option, value] :
+       {std::pair("--slices", options.slices), std::pair("--range", options.range),
+        std::pair("--threshold", options.threshold), std::pair("--pdf", options.density),
+        std::pair("--frames", options.frames), std::pair("--values", options.values), std::pair("--read", options.read),
+        std::pair("--importance", arguments.importance)})
+    if (!value.empty())
+      faults.push_back({"command line", fmt::format("{} {}: does not go with --pack", option, value)});
+  throw_if_any(std::move(faults));
+  const ExportResult result = export_packed(arguments.files, arguments.packing, options, posix_file_ops());
+  fmt::print("wrote {}\n", list_of_files(result.files));
 }
 
 void run_export(const std::string& file, const ExportOptions& options) {
@@ -55,8 +72,9 @@ void run_importance(const ExportArguments& arguments) {
   }
   refuse_unfit_folder(options.output);
   throw_if_any(std::move(faults));
-  const ImportanceResult result = export_importance(
-      arguments.file, {arguments.importance, options.output, options.frames, options.overwrite}, posix_file_ops());
+  const ImportanceResult result =
+      export_importance(arguments.files.front(),
+                        {arguments.importance, options.output, options.frames, options.overwrite}, posix_file_ops());
   const Coverage& last = result.coverage.back();
   fmt::print("wrote {} and {}\n", list_of_files(result.images), result.table);
   fmt::print(
@@ -72,7 +90,7 @@ void add_export(CLI::App& app) {
   auto* const command = app.add_subcommand("export", "Run file to images and arrays");
   const auto arguments = std::make_shared<ExportArguments>();
   ExportOptions& options = arguments->options;
-  command->add_option("RUN.h5", arguments->file, "Run file");
+  command->add_option("RUN.h5", arguments->files, "Run file; with --pack several");
   command->add_option("-o,--output", options.output,
                       "A file, a folder (made if missing), or a pattern such as out/noise_{slice:03}.png");
   command->add_option("--for", options.consumer,
@@ -104,6 +122,10 @@ void add_export(CLI::App& app) {
   command->add_option("--read", options.read,
                       "Where these are read: offsets (default; of the R2 sequence, in one slice) or slices (those that "
                       "follow)");
+  command->add_option(
+      "--pack", arguments->packing,
+      "RG=A,B=B,A=1: channels of one file from the run files A.h5 and B.h5, which are named too; NAME.0 is the "
+      "first\nchannel of a file, and numbers stand for themselves");
   command->add_option("--slices", options.slices, "A:B: slices (or frames) A to B - 1");
   command->add_option("--range", options.range,
                       "LO:HI: what 0 and 1 of an image stand for; needed for unbounded samples (gauss, a file's)");
@@ -136,6 +158,7 @@ void add_export(CLI::App& app) {
       "  noiseloom export run.h5 -o noise.png --layout strip --depth 16    all slices, one under the other\n"
       "  noiseloom export run.h5 -o noise.exr --layout exr-multipart       floats, one part a slice\n"
       "  noiseloom export run.h5 -o noise.ktx2 --channels RGBA             a texture of as many layers as slices\n"
+      "  noiseloom export lens.h5 time.h5 -o both.ktx2 --pack RG=lens,B=time,A=1\n"
       "  noiseloom export run.h5 -o textures/ --for unreal                 as Unreal Engine takes it\n"
       "  noiseloom export run.h5 -o noise.hlsl --layout function           shader code that reads such a texture\n"
       "  noiseloom export mask.h5 -o points/ --threshold 0.1               the earliest tenth of the pixels, as "
@@ -148,14 +171,19 @@ void add_export(CLI::App& app) {
     // `--pdf run.h5`, where the option stands alone and the file follows it.
     const std::string& density = arguments->options.density;
     const bool is_word = density.empty() || density == "alpha" || density == "separate" || density == "none";
-    if (arguments->file.empty() && !is_word) {
-      arguments->file = std::exchange(arguments->options.density, "alpha");
+    if (arguments->files.empty() && !is_word) {
+      arguments->files = {std::exchange(arguments->options.density, "alpha")};
     }
-    if (arguments->file.empty()) throw UserError("command line", "RUN.h5 is required; see noiseloom export --help");
+    if (arguments->files.empty()) throw UserError("command line", "RUN.h5 is required; see noiseloom export --help");
     if (arguments->options.output.empty())
       throw UserError("command line", "--output is required; see noiseloom export --help");
+    if (!arguments->packing.empty()) return run_pack(*arguments);
+    if (arguments->files.size() > 1)
+      throw UserError("command line", fmt::format("\"{}\" is one word too many: several run files are for --pack; see "
+                                                  "noiseloom export --help",
+                                                  arguments->files[1]));
     if (!arguments->importance.empty()) return run_importance(*arguments);
-    run_export(arguments->file, arguments->options);
+    run_export(arguments->files.front(), arguments->options);
   });
 }
 

@@ -18,6 +18,7 @@
 #include "noiseloom/files/output_files.h"
 #include "noiseloom/render/output.h"
 #include "noiseloom/render/result.h"
+#include "noiseloom/report/render_report.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {
@@ -112,17 +113,19 @@ int run_render(const RenderArguments& arguments) {
   refuse_unfit_folder(arguments.folder);
   OutputFiles output(posix_file_ops(), arguments.overwrite);
   const auto in_folder = [&](const char* name) { return (fs::path(arguments.folder) / name).string(); };
-  output.check({in_folder("results.csv"), in_folder("plan.json")});
+  output.check({in_folder("results.csv"), in_folder("plan.json"), in_folder("report.html")});
   const std::vector<render::Noise> noises = open_noises(scene, arguments);
   ThreadPool pool(arguments.threads > 0 ? arguments.threads : num_available_processors());
   const render::Result result = render::render(scene, noises, pool);
+  const std::vector<render::ExpectationResult> expectations = render::check_expectations(scene, result);
   render::add_outputs(scene, result, arguments.folder, output);
+  add_render_report(scene, result, expectations, render::to_toml(scene), report_origin(), arguments.folder, output);
   output.commit();
   std::vector<render::PlannedPass> planned;
   for (const render::PassResult& pass : result.passes) planned.push_back(pass.planned);
   fmt::print("{}\n{}\n", render::plan_text(planned), render::results_text(result));
-  const int status = print_expectations(render::check_expectations(scene, result));
-  fmt::print("wrote {}\n", in_folder("results.csv"));
+  const int status = print_expectations(expectations);
+  fmt::print("wrote {}\n", in_folder("report.html"));
   return status;
 }
 
@@ -150,7 +153,7 @@ void add_render(CLI::App& app, int& status) {
       "once and kept. With [[expect]] a scene is a test: the exit status is 3 where an expectation does not hold or "
       "is\n"
       "undecided.\n\n"
-      "  noiseloom render configs/scenes/quick.toml -o rendered          then look at rendered/results.csv\n"
+      "  noiseloom render configs/scenes/quick.toml -o rendered          then open rendered/report.html\n"
       "  noiseloom render configs/scenes/quick.toml --plan               what it would do\n");
   command->callback([arguments, &status] {
     try {

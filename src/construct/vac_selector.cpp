@@ -6,7 +6,13 @@
 namespace noiseloom {
 
 VacSelector::VacSelector(const VacSpec& spec, const VacKernel& kernel) : layout_(spec, 0, spec.extents.num_slices()) {
-  for (const VacGroupKernel& group : kernel.groups()) bins_.emplace_back(layout_, group);
+  for (const VacGroupKernel& group : kernel.groups()) {
+    if (VacPlaneBins::suit(layout_, group)) {
+      plane_bins_.emplace_back(layout_, group);
+    } else {
+      bins_.emplace_back(layout_, group);
+    }
+  }
 }
 
 // Files a candidate that is not picked under its present key, or forgets it where that is past the limit.
@@ -55,6 +61,7 @@ void VacSelector::select(VacView view, std::span<const VacCandidate> candidates,
     least_ = std::min(least_, energy_[i]);
   }
   for (VacBins& bins : bins_) bins.assign(at_);
+  for (VacPlaneBins& bins : plane_bins_) bins.assign(at_);
   const std::uint32_t range = static_cast<std::uint32_t>(limit >> 32) - least_;
   shift_ = std::max(0, static_cast<int>(std::bit_width(range)) - static_cast<int>(std::bit_width(n)));
   head_.assign(std::size_t{range >> shift_} + 1, none);
@@ -74,6 +81,7 @@ void VacSelector::select(VacView view, std::span<const VacCandidate> candidates,
     }
     picked_[i] = 1;
     picks.push_back(i);
+    for (const VacPlaneBins& bins : plane_bins_) bins.raise(at_[i], energy_);
     for (const VacBins& bins : bins_) {
       bins.visit(at_[i], [&](std::uint32_t j, std::uint32_t weight) { energy_[j] += weight; });
     }

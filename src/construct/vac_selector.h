@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "construct/vac_bins.h"
+#include "construct/vac_plane_bins.h"
 
 namespace noiseloom {
 
@@ -43,7 +44,8 @@ class VacSelector {
   void open_next_bucket();
 
   VacLayout layout_;
-  std::vector<VacBins> bins_;  // one per group
+  std::vector<VacPlaneBins> plane_bins_;  // of the groups that they suit
+  std::vector<VacBins> bins_;             // of the other groups
   std::vector<VacBins::Coord> at_;
   std::vector<std::uint32_t> energy_;
   std::vector<std::uint8_t> picked_;

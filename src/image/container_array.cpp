@@ -53,6 +53,13 @@ const char* type_name(PixelType type) {
   return "";
 }
 
+std::string packed_members(const ContainerJob& job) {
+  std::string members;
+  for (const auto& [key, value] : job.facts)
+    members += fmt::format("{}  {}: {}", members.empty() ? "" : ",\n", json_string(key), json_string(value));
+  return members;
+}
+
 // What a program must know to read the numbers of `target`, as JSON.
 std::string sidecar(const std::string& target, const ContainerJob& job) {
   const Extents& extents = job.extents;
@@ -77,12 +84,13 @@ std::string sidecar(const std::string& target, const ContainerJob& job) {
       "  \"value\": {},\n"
       "  \"encoded\": {},\n"
       "  \"range\": [{}, {}],\n"
-      "{}"
-      "  \"config\": {}\n"
+      "{}{}\n"
       "}}\n",
       json_string(std::filesystem::path(target).filename().string()), type_name(job.slice.type),
       fmt::join(array_shape(job), ", "), axes, job.first_slice, json_string(job.samples), json_string(job.decoding),
-      job.range ? "true" : "false", json_number(range.lo), json_number(range.hi), unfinished, json_string(job.config));
+      job.range ? "true" : "false", json_number(range.lo), json_number(range.hi), unfinished,
+      // Of a pack: what each channel holds, and no config that would say what all of them are.
+      job.config.empty() ? packed_members(job) : fmt::format("  \"config\": {}", json_string(job.config)));
 }
 
 class RawWriter : public ContainerWriter {

@@ -23,6 +23,7 @@ class ImageContainerWriter : public ContainerWriter {
     image.num_blocks = (job.num_slices + job.columns - 1) / job.columns;
     image.stacking = job.layout == ExportLayout::parts ? Stacking::parts : Stacking::down;
     image.description = job.description;
+    image.facts = job.facts;
     for (SliceIndex s = 0; s < job.num_slices; ++s)
       image.part_names.push_back(fmt::format("slice{}", job.first_slice + s));
     row_bytes_ = job.slice.num_bytes() / static_cast<std::size_t>(job.slice.height);

@@ -100,7 +100,7 @@ class Ktx2Writer : public ContainerWriter {
                                                               {"KTXwriter", "noiseloom"},
                                                               {"noiseloom.description", job.description},
                                                               {"noiseloom.value", job.decoding}};
-    if (!job.config.empty()) pairs.emplace_back("noiseloom.config", job.config);
+    for (const auto& [key, value] : job.facts) pairs.emplace_back("noiseloom." + key, value);
     const std::string keys = key_values(std::move(pairs));
     const std::size_t keys_at = index_end + descriptor.size();
     const std::size_t alignment = std::lcm(sizes.texel_bytes, std::size_t{4});

@@ -1,5 +1,8 @@
 #include "noiseloom/image/export.h"
 
+#include "image/provenance.h"
+#include "image/stored_number.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -102,11 +105,13 @@ class SliceEncoder {
     if (output.has_density()) read_density(place_of(slice));
     const std::vector<int>& source = output.pixel.source;
     bytes_.resize(cells_ * source.size() * bytes_per_number(output.type));
+    const std::size_t bytes = bytes_per_number(output.type);
     const bool clamped = output.container->numbers == StoredNumbers::unit;
     for (std::size_t cell = 0; cell < cells_; ++cell)
       for (std::size_t c = 0; c < source.size(); ++c) {
         const double number = number_of(cell, source[c]);
-        store(clamped ? std::clamp(number, 0.0, 1.0) : number, output.type, cell * source.size() + c);
+        store_number(clamped ? std::clamp(number, 0.0, 1.0) : number, output.type, below_one_,
+                     bytes_.data() + (cell * source.size() + c) * bytes);
       }
     return bytes_;
   }
@@ -119,41 +124,6 @@ class SliceEncoder {
       return largest_density_ > 0 ? static_cast<double>(density_[cell]) / largest_density_ : 0;
     const double value = static_cast<double>(values_[cell * channels_ + static_cast<std::size_t>(source)]);
     return plan_.range ? to_unit(*plan_.range, value) : value;
-  }
-
-  // Values of [0, 1) stay below 1: rounding to the nearest half would let some reach it.
-  std::uint16_t half_number(double number) const {
-    constexpr std::uint16_t one = 0x3C00;
-    const std::uint16_t nearest = half_of(number);
-    return nearest == one && number < 1 && below_one_ ? std::uint16_t{one - 1} : nearest;
-  }
-
-  void store(double number, PixelType type, std::size_t index) {
-    switch (type) {
-      case PixelType::uint8:
-        bytes_[index] = std::byte(quantise(number, 8));
-        break;
-      case PixelType::uint16: {
-        const std::uint16_t b = quantise(number, 16);
-        std::memcpy(bytes_.data() + 2 * index, &b, sizeof b);
-        break;
-      }
-      case PixelType::uint32: {
-        const std::uint32_t b = quantise_32(number);
-        std::memcpy(bytes_.data() + 4 * index, &b, sizeof b);
-        break;
-      }
-      case PixelType::float16: {
-        const std::uint16_t bits = half_number(number);
-        std::memcpy(bytes_.data() + 2 * index, &bits, sizeof bits);
-        break;
-      }
-      case PixelType::float32: {
-        const float f = static_cast<float>(number);
-        std::memcpy(bytes_.data() + 4 * index, &f, sizeof f);
-        break;
-      }
-    }
   }
 
   const RunFileReader& reader_;
@@ -286,6 +256,7 @@ ExportResult export_run_file(const std::string& path, const ExportOptions& optio
     job.directions = is_between_unit_vectors(
         distance_kind(config.problem.samples, content.datasets[static_cast<std::size_t>(samples)].channels));
   job.config = content.config;
+  job.facts = facts_of(content, config);
   job.unfinished = result.unfinished;
   job.num_points = plan.num_points;
   SliceEncoder encoder(reader, plan, order ? &*order : nullptr, natural_range(config.problem.samples) == ValueRange{});

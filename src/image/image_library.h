@@ -77,7 +77,7 @@ inline std::string words_of(const std::string& library_error) {
 
 // The function of the module that gives its library. Its name counts the changes of this header, so that a module of
 // another version is not taken.
-inline constexpr const char* image_library_function = "noiseloom_image_library_2";
+inline constexpr const char* image_library_function = "noiseloom_image_library_3";
 using ImageLibraryFunction = const ImageLibrary* (*)();
 
 }  // namespace noiseloom

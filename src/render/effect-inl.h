@@ -21,20 +21,27 @@ struct PlainEffect {
 
 template <class E>
 void estimate_image(Job& job) {
-  const Noise& noise = (*job.shared.noises.get(Data::noises, job.pass))[job.noise];
-  const E effect(job.shared, job.repeat, &noise);
+  const Noise& noise = job.noise_of_job();
+  const E effect(job.shared, job.repeat, &job);
   const Scene& scene = job.scene();
   if (!job.estimate.is_there()) job.estimate.make(make_image(scene.width, scene.height, effect.channels()));
   Image& image = job.estimate.get(Data::estimate, job.pass);
   NoiseReader reader(noise, move_of_repeat(scene.seed, job.repeat), effect.numbers(), scene.width);
   std::array<float, most_channels> values{};
+  std::array<double, most_channels> means{};
   for (int y = 0; y < scene.height; ++y) {
     reader.read(y, job.frame);
     for (int x = 0; x < scene.width; ++x) {
       effect.estimate(x, y, reader.at(x), values.data());
       for (int c = 0; c < image.channels; ++c) image.row(c, y)[x] = values[static_cast<std::size_t>(c)];
+      if (!scene.motion.on) continue;
+      // All filters being linear, they may as well be given the error of the frame (job.h).
+      effect.expect(x, y, means.data());
+      for (int c = 0; c < image.channels; ++c)
+        image.row(c, y)[x] += moving_truth - static_cast<float>(means[static_cast<std::size_t>(c)]);
     }
   }
+  if (scene.motion.on) count_of(*job.counts, Work::expectations) += static_cast<std::int64_t>(image.pixels());
   count_of(*job.counts, Work::rays) += static_cast<std::int64_t>(image.pixels()) * effect.rays();
   count_of(*job.counts, Work::march_steps) += static_cast<std::int64_t>(image.pixels()) * effect.march_steps();
   count_of(*job.counts, Work::estimates) += static_cast<std::int64_t>(image.pixels());

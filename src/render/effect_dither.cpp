@@ -17,7 +17,7 @@ double on_levels(double value, double levels) {
 }
 
 struct DitherEffect : PlainEffect {
-  DitherEffect(const Shared& shared, int, const Noise*)
+  DitherEffect(const Shared& shared, int, const Job*)
       : picture(&shared.picture.get(Data::picture, shared.pass_or("dither"))),
         levels(static_cast<double>((1 << shared.scene.dither.bits) - 1)) {}
 

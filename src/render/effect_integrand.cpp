@@ -19,7 +19,7 @@ double threshold_of(const Scene& scene, int repeat) {
 bool takes_two(Integrand function) { return function == Integrand::circle || function == Integrand::gauss; }
 
 struct IntegrandEffect : PlainEffect {
-  IntegrandEffect(const Shared& shared, int repeat, const Noise*)
+  IntegrandEffect(const Shared& shared, int repeat, const Job*)
       : function(shared.scene.integrand.function), threshold(threshold_of(shared.scene, repeat)) {}
 
   int channels() const { return 1; }

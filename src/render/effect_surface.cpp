@@ -28,12 +28,19 @@ Vector turned(Vector about_z, Vector normal) {
   return about_z.x * frame.first + about_z.y * frame.second + about_z.z * normal;
 }
 
+// Of the frame, where something moves.
+const Hits& hits_of(const Shared& shared, const Job* job, const char* effect) {
+  if (job != nullptr && shared.scene.motion.on) return job->moving_hits.get(Data::moving_hits, job->pass);
+  return shared.hits.get(Data::hits, shared.pass_or(effect));
+}
+
 struct OcclusionEffect {
-  OcclusionEffect(const Shared& shared, int, const Noise* noise_of_job)
-      : hits(&shared.hits.get(Data::hits, shared.pass_or("ambient-occlusion"))), spec(shared.scene.occlusion) {
-    if (noise_of_job == nullptr) return;
-    kind = noise_of_job->directions();
-    numbers_of_pixel = numbers_of_occlusion(shared.scene, *noise_of_job);
+  OcclusionEffect(const Shared& shared, int, const Job* job)
+      : hits(&hits_of(shared, job, "ambient-occlusion")), spec(shared.scene.occlusion) {
+    if (job == nullptr) return;
+    const Noise& noise = job->noise_of_job();
+    kind = noise.directions();
+    numbers_of_pixel = numbers_of_occlusion(shared.scene, noise);
   }
 
   int channels() const { return 1; }
@@ -80,9 +87,8 @@ struct OcclusionEffect {
 };
 
 struct ShadowEffect {
-  ShadowEffect(const Shared& shared, int, const Noise*)
-      : hits(&shared.hits.get(Data::hits, shared.pass_or("soft-shadow"))),
-        cos_radius(math::cos_2pi(shared.scene.shadow.radius / 360)) {}
+  ShadowEffect(const Shared& shared, int, const Job* job)
+      : hits(&hits_of(shared, job, "soft-shadow")), cos_radius(math::cos_2pi(shared.scene.shadow.radius / 360)) {}
 
   int channels() const { return 1; }
   int numbers() const { return 2; }

@@ -12,7 +12,7 @@ struct Colour {
 };
 
 struct TransparencyEffect : PlainEffect {
-  TransparencyEffect(const Shared& shared, int, const Noise*)
+  TransparencyEffect(const Shared& shared, int, const Job*)
       : spec(&shared.scene.transparency), width(shared.scene.width), height(shared.scene.height) {}
 
   int channels() const { return 3; }

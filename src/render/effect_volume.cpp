@@ -19,7 +19,7 @@ namespace noiseloom::render {
 namespace {
 
 struct FreeFlightEffect : PlainEffect {
-  FreeFlightEffect(const Shared& shared, int, const Noise*)
+  FreeFlightEffect(const Shared& shared, int, const Job*)
       : flights(&shared.flights.get(Data::flights, shared.pass_or("free-flight"))),
         width(shared.scene.width),
         height(shared.scene.height) {}
@@ -71,7 +71,7 @@ float march(const Columns& columns, std::size_t first, int steps, float offset, 
 }
 
 struct RayMarchEffect : PlainEffect {
-  RayMarchEffect(const Shared& shared, int, const Noise*)
+  RayMarchEffect(const Shared& shared, int, const Job*)
       : columns(&shared.columns.get(Data::columns, shared.pass_or("ray-march"))),
         steps(shared.scene.ray_march.steps),
         width(shared.scene.width),

@@ -1,7 +1,7 @@
 // The effects: what a pixel estimates from random numbers, and what that is on average.
 //
 // Each is a struct with the same members, which estimate_image() and truth_image() are templates over:
-//   E(const Shared&, int repeat, const Noise*)              the noise is null where truth is asked for
+//   E(const Shared&, int repeat, const Job*)                the job is null where truth is asked for
 //   int channels() const                                    of its picture
 //   int numbers() const                                     that a pixel takes in a frame from that noise
 //   void estimate(int x, int y, Draw draw, float* out)      one value for each channel

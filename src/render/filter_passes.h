@@ -12,6 +12,10 @@
 namespace noiseloom::render {
 
 void average(Job& job);
+// The same where each pixel has a history of its own: found again where it was seen a frame before, if it was.
+void average_histories(Job& job);
+void trace_moving_hits(Job& job);
+bool has_histories(const Scene& scene);
 void filter(Job& job);
 void measure(Job& job);
 void keep(Job& job);
@@ -20,6 +24,7 @@ void keep(Job& job);
 Image filtered(const Shared& shared, std::string_view pass, const Image& image, std::size_t filter);
 
 Counts work_of_averages(const Scene& scene, std::span<const Noise> noises);
+Counts work_of_histories(const Scene& scene, std::span<const Noise> noises);
 Counts work_of_filters(const Scene& scene, std::span<const Noise> noises);
 Counts work_of_errors(const Scene& scene, std::span<const Noise> noises);
 std::int64_t bytes_of_averages(const Scene& scene, std::span<const Noise> noises);

@@ -22,6 +22,11 @@ struct Truth {
   std::vector<double> bias = {};  // of each: rms distance from the converged truth
 };
 
+// Where something moves, the truth is another in every frame. What passes are then given is the error of the frame,
+// around this, which is its truth: all filters being linear and keeping constants, what they leave of the error is the
+// same.
+inline constexpr float moving_truth = 0.5F;
+
 struct Shared {
   const Scene& scene;
   std::vector<Effect> effects;
@@ -51,6 +56,7 @@ struct Shared {
 struct Averages {
   std::vector<Image> images;
   std::vector<double> sums;  // mc: of all frames
+  std::vector<int> lengths;  // where pixels have histories of their own: frames in that of each
 };
 
 struct Job {
@@ -62,6 +68,8 @@ struct Job {
   std::string_view pass = {};
   Counts* counts = nullptr;
 
+  Made<Hits> moving_hits = {};  // of this frame
+  Hits hits_before = {};        // and of the one before
   Made<Image> estimate = {};
   Made<Averages> accumulated = {};
   Made<std::vector<Image>> filtered = {};  // [filter over time, the frame alone first][filter over space]
@@ -69,6 +77,7 @@ struct Job {
   Made<std::vector<Image>> pictures = {};  // [stage], of the last frame
 
   const Scene& scene() const { return shared.scene; }
+  const Noise& noise_of_job() const { return (*shared.noises.get(Data::noises, pass))[noise]; }
   // The picture after the filters of a stage.
   const Image& after(std::size_t stage) const;
   const Truth& truth() const;

@@ -116,8 +116,16 @@ Truth filtered_truth(const Shared& shared, Effect effect, Image image) {
     truth.after.push_back(filtered(shared, shared.pass, truth.after.front(), k));
   const auto converged = calls_of(effect).converged;
   const Image limit = converged == nullptr ? truth.after.front() : converged(shared);
-  for (const Image& after : truth.after) truth.bias.push_back(rms_distance(after, limit));
+  for (const Image& after : truth.after)
+    truth.bias.push_back(shared.scene.motion.on ? std::nan("") : rms_distance(after, limit));
   return truth;
+}
+
+// Effects on surfaces have one channel.
+Image image_around_truth(const Scene& scene) {
+  Image image = make_image(scene.width, scene.height, 1);
+  std::fill(image.values.begin(), image.values.end(), moving_truth);
+  return image;
 }
 
 void make_truth(Shared& shared) {
@@ -127,8 +135,9 @@ void make_truth(Shared& shared) {
     const int repeats = calls.truth_changes_with_repeat(shared.scene) ? shared.scene.repeats : 1;
     std::vector<Truth> truths;
     for (int repeat = 0; repeat < repeats; ++repeat) {
-      truths.push_back(filtered_truth(shared, effect, calls.truth(shared, repeat)));
-      count_of(*shared.counts, Work::expectations) += pixels_of(shared.scene);
+      truths.push_back(filtered_truth(
+          shared, effect, shared.scene.motion.on ? image_around_truth(shared.scene) : calls.truth(shared, repeat)));
+      if (!shared.scene.motion.on) count_of(*shared.counts, Work::expectations) += pixels_of(shared.scene);
       count_of(*shared.counts, Work::taps) +=
           pixels_of(shared.scene) * calls.channels(shared.scene) * taps_of_all(shared.scene);
     }
@@ -141,7 +150,7 @@ Counts work_of_truth(const Scene& scene, std::span<const Noise>) {
   for (const Effect effect : effects_of(scene)) {
     const EffectCalls& calls = calls_of(effect);
     const std::int64_t images = calls.truth_changes_with_repeat(scene) ? scene.repeats : 1;
-    count_of(counts, Work::expectations) += pixels_of(scene) * images;
+    if (!scene.motion.on) count_of(counts, Work::expectations) += pixels_of(scene) * images;
     count_of(counts, Work::taps) += pixels_of(scene) * calls.channels(scene) * taps_of_all(scene) * images;
   }
   return counts;
@@ -168,6 +177,7 @@ Counts work_of_effect(const Scene& scene, std::span<const Noise> noises) {
     count_of(counts, Work::estimates) += pixels;
     count_of(counts, Work::noise_values) += pixels * ((numbers + noise.channels - 1) / noise.channels);
   }
+  if (scene.motion.on) count_of(counts, Work::expectations) = count_of(counts, Work::estimates);
   if (effect == Effect::occlusion)
     count_of(counts, Work::rays) = count_of(counts, Work::estimates) * scene.occlusion.samples;
   if (effect == Effect::shadow) count_of(counts, Work::rays) = count_of(counts, Work::estimates);
@@ -237,6 +247,7 @@ constexpr Pass pass_table[] = {
      {},
      {Data::hits},
      [](const Scene& scene) -> std::string {
+       if (scene.motion.on) return "what is seen moves";
        return scene.occlusion.on || scene.shadow.on || has_edges(scene)
                   ? applies
                   : "no effect on surfaces (ambient-occlusion, soft-shadow), and no filter with edges";
@@ -273,6 +284,21 @@ constexpr Pass pass_table[] = {
      nullptr,
      no_work,
      [](const Scene&, std::span<const Noise>) { return std::int64_t{0}; }},
+    {"moving hits",
+     {},
+     {Data::moving_hits},
+     [](const Scene& scene) -> std::string { return scene.motion.on ? applies : "nothing moves"; },
+     nullptr,
+     trace_moving_hits,
+     [](const Scene& scene, std::span<const Noise> noises) {
+       Counts counts{};
+       count_of(counts, Work::primary_rays) =
+           pixels_of(scene) * num_rendered(scene) * scene.repeats * std::ssize(noises) * std::ssize(effects_of(scene));
+       return counts;
+     },
+     [](const Scene& scene, std::span<const Noise>) {
+       return 2 * static_cast<std::int64_t>(sizeof(Hit)) * pixels_of(scene);
+     }},
     {"integrand",
      {Data::noises},
      {Data::estimate},
@@ -314,7 +340,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::ray_march>,
      bytes_of_estimate},
     {"ambient-occlusion",
-     {Data::noises, Data::hits},
+     {Data::noises, Data::hits, Data::moving_hits},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.occlusion.on ? applies : "no effects.ambient-occlusion"; },
      nullptr,
@@ -322,7 +348,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::occlusion>,
      bytes_of_estimate},
     {"soft-shadow",
-     {Data::noises, Data::hits},
+     {Data::noises, Data::hits, Data::moving_hits},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.shadow.on ? applies : "no effects.soft-shadow"; },
      nullptr,
@@ -332,10 +358,24 @@ constexpr Pass pass_table[] = {
     {"filter over time",
      {Data::estimate},
      {Data::accumulated},
-     [](const Scene& scene) -> std::string { return scene.time.kernels.empty() ? "no filter.time.kernels" : applies; },
+     [](const Scene& scene) -> std::string {
+       if (has_histories(scene)) return "pixels have histories of their own";
+       return scene.time.kernels.empty() ? "no filter.time.kernels" : applies;
+     },
      nullptr,
      average,
      work_of_averages,
+     bytes_of_averages},
+    {"histories",
+     {Data::estimate, Data::moving_hits},
+     {Data::accumulated},
+     [](const Scene& scene) -> std::string {
+       if (scene.time.kernels.empty()) return "no filter.time.kernels";
+       return has_histories(scene) ? applies : "nothing moves and filter.time.rejection is 0";
+     },
+     nullptr,
+     average_histories,
+     work_of_histories,
      bytes_of_averages},
     {"filter over space",
      {Data::estimate, Data::accumulated},

@@ -13,14 +13,15 @@ namespace noiseloom::render {
 namespace {
 
 // Seconds of one processor for a unit of each kind of work, as measured on one of 2.1 GHz.
-constexpr double seconds_of_work[num_work] = {4e-8, 1.5e-9, 6e-9, 4e-8, 2e-8, 6e-9, 2e-8, 1.2e-9, 3.5e-10, 1.3e-9};
+constexpr double seconds_of_work[num_work] = {4e-8, 1.5e-9, 6e-9,   4e-8,    2e-8,  6e-9,
+                                              2e-8, 1.2e-9, 1.5e-8, 3.5e-10, 1.3e-9};
 
-constexpr std::string_view data_names[num_data] = {"noises",      "picture",  "density",      "light",   "columns",
-                                                   "flights",     "hits",     "edge weights", "truth",   "estimate",
-                                                   "accumulated", "filtered", "errors",       "pictures"};
-constexpr std::string_view work_names[num_work] = {"expectations", "noise_values", "estimates",     "primary_rays",
-                                                   "rays",         "march_steps",  "density_reads", "averages",
-                                                   "taps",         "differences"};
+constexpr std::string_view data_names[num_data] = {
+    "noises",       "picture", "density",  "light",       "columns",  "flights", "hits",     "moving hits",
+    "edge weights", "truth",   "estimate", "accumulated", "filtered", "errors",  "pictures", "predictions"};
+constexpr std::string_view work_names[num_work] = {"expectations",  "noise_values", "estimates",     "primary_rays",
+                                                   "rays",          "march_steps",  "density_reads", "averages",
+                                                   "history_reads", "taps",         "differences"};
 
 std::int64_t calls_of(const Pass& pass, const Scene& scene, std::size_t num_noises) {
   if (pass.frame == nullptr) return 1;

@@ -169,10 +169,10 @@ std::string results_text(const Result& result) {
              (std::isfinite(value.error) ? fmt::format(" ({})", digits_text(value.error)) : std::string());
     });
     std::string bias = fmt::format("  {:<{}}", "bias", width_of_names(result));
-    for (std::size_t stage = 0; stage < result.stages.size(); ++stage)
+    for (std::size_t stage = 0; stage < result.stages.size() && !std::isnan(result.bias.front()); ++stage)
       bias += fmt::format("  {:>{}}", digits_text(result.bias[effect * result.stages.size() + stage]),
                           width_of_stage(result.stages[stage]));
-    text += bias + "\n";
+    text += std::isnan(result.bias.front()) ? "" : bias + "\n";
     if (std::isnan(result.over_white(effect, 0, 0, result.frames - 1))) continue;
     text += fmt::format("\n{}, over the error of white noise{}\n", name_of(result.effects[effect]),
                         result.predictions.empty() ? "" : " [as the score of the texture promises]");

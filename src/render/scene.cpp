@@ -1,6 +1,7 @@
 #include "noiseloom/render/scene.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "noiseloom/config/settings_file.h"
 
@@ -8,7 +9,9 @@ namespace noiseloom::render {
 namespace {
 
 Scene parsed(const settings::Source& source, const std::vector<std::string>& overrides) {
-  return settings::parse<Scene>(scene_kind(), source, overrides).value;
+  settings::Parsed<Scene> result = settings::parse<Scene>(scene_kind(), source, overrides);
+  result.value.written_paths = std::move(result.written_paths);
+  return std::move(result.value);
 }
 
 }  // namespace
@@ -73,6 +76,8 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::s
                   const std::vector<std::string>& overrides) {
   return parsed({.text = text, .name = name, .folder = folder}, overrides);
 }
+
+std::string to_toml(const Scene& scene) { return settings::to_toml(scene_kind(), scene, scene.written_paths); }
 
 std::string describe_scene_settings() { return settings::describe(scene_kind()); }
 

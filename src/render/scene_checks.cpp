@@ -123,6 +123,23 @@ void check_expectation(Reader& reader, const Value& root, Scene& scene, std::siz
     fault_at(reader, root, "expect", i, "frame", fmt::format("the scene has {} frames", scene.frames));
 }
 
+void check_motion(Reader& reader, const Value& root, Scene& scene) {
+  const Value* const motion = settings::find_at(root, "motion");
+  const auto moves = [](const std::vector<int>& pixels) {
+    return std::any_of(pixels.begin(), pixels.end(), [](int n) { return n != 0; });
+  };
+  scene.motion.on = moves(scene.motion.camera) || moves(scene.motion.sphere);
+  if (!scene.motion.on || motion == nullptr) return;
+  if (scene.motion.camera.size() != 2 || scene.motion.sphere.size() != 2)
+    reader.fault(*motion, "motion", "camera and sphere must each have two numbers, [right, down]");
+  for (const Effect effect : effects_of(scene))
+    if (effect != Effect::occlusion && effect != Effect::shadow)
+      reader.fault(*motion, "motion", fmt::format("goes with effects on surfaces alone; {} is none", name_of(effect)));
+  for (const SpaceFilterSpec& filter : scene.space)
+    if (!filter.edges.empty())
+      reader.fault(*motion, "motion", fmt::format("does not go with filters that keep to edges ({})", filter.name));
+}
+
 }  // namespace
 
 void check_scene(Reader& reader, const Value& root, const settings::Owners& owners) {
@@ -136,6 +153,7 @@ void check_scene(Reader& reader, const Value& root, const settings::Owners& owne
   if (scene.transparency.alpha.empty() || scene.transparency.alpha.size() > 32)
     if (const Value* alpha = settings::find_at(root, "effects.transparency.alpha"))
       reader.fault(*alpha, "effects.transparency.alpha", "must have 1 to 32 panes");
+  check_motion(reader, root, scene);
   std::set<std::string> kernels;
   for (const std::string& kernel : scene.time.kernels)
     if (!kernels.insert(kernel).second)

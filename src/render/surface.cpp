@@ -51,16 +51,39 @@ double edge_weight(const Hit& at, const Hit& tap, const SpaceFilterSpec& filter,
 
 }  // namespace
 
-Hits make_hits(int width, int height, ThreadPool& pool) {
+namespace {
+
+void trace_row(Hits& hits, int y, int view_right, int view_down) {
+  const double pixel = view_width / hits.width;
+  for (int x = 0; x < hits.width; ++x)
+    hits.hits[static_cast<std::size_t>(y) * static_cast<std::size_t>(hits.width) + static_cast<std::size_t>(x)] =
+        hit_of(pixel * (x + view_right + 0.5 - 0.5 * hits.width), pixel * (0.5 * hits.height - y - view_down - 0.5));
+}
+
+Hits no_hits(int width, int height) {
   Hits hits{width, height, {}};
   hits.hits.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  const double pixel = view_width / width;
-  pool.for_each(height, [&](std::int64_t y, int) {
-    for (int x = 0; x < width; ++x)
-      hits.hits[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] =
-          hit_of(pixel * (x + 0.5 - 0.5 * width), pixel * (0.5 * height - static_cast<double>(y) - 0.5));
-  });
   return hits;
+}
+
+}  // namespace
+
+Hits make_hits(int width, int height, ThreadPool& pool) {
+  Hits hits = no_hits(width, height);
+  pool.for_each(height, [&](std::int64_t y, int) { trace_row(hits, static_cast<int>(y), 0, 0); });
+  return hits;
+}
+
+Hits make_hits(int width, int height, int view_right, int view_down) {
+  Hits hits = no_hits(width, height);
+  for (int y = 0; y < height; ++y) trace_row(hits, y, view_right, view_down);
+  return hits;
+}
+
+Step step_of(const MotionSpec& motion, Shape shape) {
+  const Step camera{motion.camera[0], motion.camera[1]};
+  if (shape == Shape::plane) return {-camera.right, -camera.down};
+  return {motion.sphere[0] - camera.right, motion.sphere[1] - camera.down};
 }
 
 bool is_hidden(const Hit& hit, Vector direction) {

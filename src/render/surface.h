@@ -40,6 +40,15 @@ struct Hits {
   }
 };
 Hits make_hits(int width, int height, ThreadPool& pool);
+// The same with the view moved by so many pixels, to the right and downward, from the sphere's point of view.
+Hits make_hits(int width, int height, int right, int down);
+
+// How a shape moves on the screen from one frame to the next, in pixels.
+struct Step {
+  int right = 0;
+  int down = 0;
+};
+Step step_of(const MotionSpec& motion, Shape shape);
 
 // Whether light that comes from `direction` is kept from the place. A shape does not hide itself by mistake: a place on
 // the sphere asks for the plane alone, and the other way round.

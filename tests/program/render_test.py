@@ -41,6 +41,10 @@ class RenderTest(support.ProgramTest):
         self.assertIn("root of the mean squared error in frame 6", done.stdout)
         self.assertEqual(len(self.rows()), 2 * 4)
         self.assertEqual(len(self.rows("out/curves.csv")), 2 * 4 * 6)
+        page = (self.folder / "out/report.html").read_text()
+        self.assertRegex(page, r"integrand, after ema \+ gauss1: blue-2d has the least error.*times fewer samples than white")
+        self.assertIn("<svg", page)
+        self.assertNotIn("http", page.replace("http://www.w3.org/", ""))
         plan = json.loads((self.folder / "out/plan.json").read_text())
         for one in plan["passes"]:
             self.assertEqual(one["predicted"], one["counted"], one["name"])
@@ -49,8 +53,9 @@ class RenderTest(support.ProgramTest):
                 self.assertEqual(set(one["counted"].values()), {0}, one["name"])
         self.assertEqual([one["name"] for one in plan["passes"] if not one["on"]],
                          ["picture", "density", "light", "columns", "flights", "primary hits", "edge weights",
-                          "predictions", "dither",
-                          "transparency", "free-flight", "ray-march", "ambient-occlusion", "soft-shadow", "pictures"])
+                          "predictions", "moving hits", "dither",
+                          "transparency", "free-flight", "ray-march", "ambient-occlusion", "soft-shadow", "histories",
+                          "pictures"])
         self.assertFalse((self.folder / "out/pictures").exists())
 
     def test_plan_alone_renders_and_makes_nothing(self):

@@ -48,6 +48,29 @@ kernel = "binomial"
 edges = ["depth", "normal"]
 )";
 
+constexpr const char* in_motion = R"(
+[image]
+width = 40
+height = 30
+frames = 4
+repeats = 2
+[[noise]]
+kind = "white"
+[[noise]]
+kind = "blue-2d"
+[effects.ambient-occlusion]
+[effects.soft-shadow]
+[motion]
+camera = [3, 1]
+sphere = [-2, 0]
+[filter.time]
+kernels = ["ema", "mc"]
+rejection = 0.1
+[[filter.space]]
+kernel = "box"
+size = 3
+)";
+
 const PassResult& pass_of(const Result& result, std::string_view name) {
   const auto found = std::find_if(result.passes.begin(), result.passes.end(),
                                   [&](const PassResult& one) { return one.planned.pass->name == name; });
@@ -71,7 +94,10 @@ void expect_as_planned(const Result& result) {
 TEST(Passes, ASceneWithEveryEffectDoesWhatItsPlanSays) {
   const Result result = rendered(everything);
   expect_as_planned(result);
-  for (const PassResult& one : result.passes) EXPECT_TRUE(one.planned.on) << one.planned.pass->name;
+  for (const PassResult& one : result.passes) {
+    const bool moves = one.planned.pass->name == "moving hits" || one.planned.pass->name == "histories";
+    EXPECT_EQ(one.planned.on, !moves) << one.planned.pass->name;
+  }
   const std::int64_t pixels = 17 * 9 * 5 * 3;
   EXPECT_EQ(count_of(pass_of(result, "transparency").counted, Work::noise_values), pixels * 3 * 3);
   EXPECT_EQ(count_of(pass_of(result, "integrand").counted, Work::estimates), pixels * 3);
@@ -139,10 +165,24 @@ TEST(Passes, EveryNeedOfThePictureIsNeeded) {
         pass.needs.flip(static_cast<Data>(data));
         changed = true;
       }
-    if (changed) {
+    const bool moves = static_cast<Data>(data) == Data::moving_hits;
+    if (changed && !moves) {
       EXPECT_THROW(render(scene, noises, pool, passes), std::logic_error) << name_of(static_cast<Data>(data));
     }
+    if (moves) {
+      const Scene moving = scene_of(in_motion);
+      EXPECT_THROW(render(moving, noises_of(moving), pool, passes), std::logic_error);
+    }
   }
+}
+
+TEST(Passes, WhatMovesDoesWhatItsPlanSays) {
+  const Result result = rendered(in_motion);
+  expect_as_planned(result);
+  for (const char* const on : {"moving hits", "histories"}) EXPECT_TRUE(pass_of(result, on).planned.on) << on;
+  for (const char* const off : {"primary hits", "filter over time"})
+    EXPECT_FALSE(pass_of(result, off).planned.on) << off;
+  EXPECT_EQ(rendered(in_motion, 5).squares, rendered(in_motion, 1).squares);
 }
 
 TEST(Passes, SecondsOfPassesAreThoseOfTheWall) {

@@ -40,6 +40,15 @@ TEST(Scene, AnEffectIsOnWhereItIsWritten) {
   EXPECT_EQ(more.dither.bits, 2);
 }
 
+TEST(Scene, StoredTextReadsBackAsTheSame) {
+  const Scene scene = parse_scene(std::string(plain) +
+                                      "[effects.dither]\n[volume]\nseed = 3\n[[expect]]\norder = \"white = "
+                                      "white\"\neffect = \"dither\"\n",
+                                  "test.toml", "");
+  const std::string text = to_toml(scene);
+  EXPECT_EQ(to_toml(parse_scene(text, "stored.toml", "")), text);
+}
+
 TEST(Scene, AllFaultsAreToldAtOnceWithTheirLines) {
   const std::string found = faults_of(
       "[[noise]]\nkind = \"wite\"\n[[noise]]\nkind = \"ign\"\nsize = 3\n[effects.dither]\nbit = 1\n[[filter.space]]\n"

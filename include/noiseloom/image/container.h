@@ -55,15 +55,16 @@ struct ContainerJob {
   SliceIndex first_slice = 0;  // the first of the slices that go into this file,
   SliceIndex num_slices = 1;   // and how many there are
   ExportLayout layout = ExportLayout::slices;
-  ImageShape slice;                        // of one slice; content `pixels` alone
-  int columns = 1;                         // of slices beside each other; layouts `row` and `atlas`
-  std::string description;                 // what the file holds, a line for people
-  std::string decoding;                    // how a stored number becomes a value: "-1 + 2 * (b + 0.5) / 256"
-  std::optional<ValueRange> range;         // stored numbers are to_unit(range, value); none: the values themselves
-  std::string samples;                     // name of the sample space
-  bool directions = false;                 // samples are unit vectors
-  std::string config;                      // of the run, TOML
-  std::string unfinished;                  // how far the run came, in words; "" where it is finished
+  ImageShape slice;                 // of one slice; content `pixels` alone
+  int columns = 1;                  // of slices beside each other; layouts `row` and `atlas`
+  std::string description;          // what the file holds, a line for people
+  std::string decoding;             // how a stored number becomes a value: "-1 + 2 * (b + 0.5) / 256"
+  std::optional<ValueRange> range;  // stored numbers are to_unit(range, value); none: the values themselves
+  std::string samples;              // name of the sample space
+  bool directions = false;          // samples are unit vectors
+  std::string config;               // of the run, TOML; "" where several are packed
+  std::vector<std::pair<std::string, std::string>> facts;  // where the numbers come from, for files with room for that
+  std::string unfinished;                                  // how far the run came, in words; "" where it is finished
   std::optional<std::int64_t> num_points;  // of the point set in the whole texture, where one is exported
 
   bool holds_all_slices() const { return num_slices == extents.num_slices(); }

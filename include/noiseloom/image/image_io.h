@@ -10,6 +10,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "noiseloom/image/encoding.h"
@@ -43,7 +44,9 @@ struct ImageJob {
   ImageShape block;  // of one block
   int num_blocks = 1;
   Stacking stacking = Stacking::down;
-  std::string description;              // stored in the file's description field
+  std::string description;  // stored in the file's description field
+  // Stored as texts of their own, "noiseloom:KEY", in PNG and OpenEXR, and behind the description in TIFF.
+  std::vector<std::pair<std::string, std::string>> facts = {};
   std::vector<std::string> part_names;  // Stacking::parts: one per block
 };
 

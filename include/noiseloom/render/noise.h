@@ -25,6 +25,7 @@ inline constexpr auto purpose_of_scramble = static_cast<Purpose>(102);
 inline constexpr auto purpose_of_move = static_cast<Purpose>(103);
 inline constexpr auto purpose_of_threshold = static_cast<Purpose>(104);
 inline constexpr auto purpose_of_density = static_cast<Purpose>(105);
+inline constexpr auto purpose_of_rejection = static_cast<Purpose>(106);
 
 // What a texture of unit vectors holds.
 enum class Directions { none, cosine, hemisphere, sphere };

@@ -28,6 +28,7 @@ enum class Data : std::uint8_t {
   columns,
   flights,
   hits,
+  moving_hits,
   edge_weights,
   truth,
   estimate,
@@ -37,7 +38,7 @@ enum class Data : std::uint8_t {
   pictures,
   predictions
 };
-inline constexpr int num_data = 15;
+inline constexpr int num_data = 16;
 std::string_view name_of(Data data);
 
 class DataSet {
@@ -66,10 +67,11 @@ enum class Work : std::uint8_t {
   march_steps,
   density_reads,
   averages,
+  history_reads,
   taps,
   differences
 };
-inline constexpr int num_work = 10;
+inline constexpr int num_work = 11;
 std::string_view name_of(Work work);
 using Counts = std::array<std::int64_t, num_work>;
 constexpr std::int64_t& count_of(Counts& counts, Work work) { return counts[static_cast<std::size_t>(work)]; }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "noiseloom/config/file_names.h"
 #include "noiseloom/config/settings.h"
 #include "noiseloom/image/texture_read.h"
 
@@ -82,12 +83,20 @@ struct ShadowSpec {
   double radius = 8;  // of the sun, degrees
 };
 
+// Whole pixels of the picture in a frame, to the right and downward, so that what has been seen is found again exactly.
+struct MotionSpec {
+  bool on = false;  // whether any of these is not 0
+  std::vector<int> camera = {0, 0};
+  std::vector<int> sphere = {0, 0};
+};
+
 enum class EmaStart { full, cumulative };
 
 struct TimeFilterSpec {
   std::vector<std::string> kernels;  // "ema", "mc"
   double alpha = 0.1;
   EmaStart start = EmaStart::full;
+  double rejection = 0;  // chance that a pixel begins again in a frame
 };
 
 enum class SpaceKernel { box, gauss, binomial };
@@ -135,10 +144,12 @@ struct Scene {
   RayMarchSpec ray_march;
   OcclusionSpec occlusion;
   ShadowSpec shadow;
+  MotionSpec motion;
   TimeFilterSpec time;
   std::vector<SpaceFilterSpec> space;
   Border border = Border::clamp;
   std::vector<ExpectSpec> expects;
+  WrittenPaths written_paths;
 
   bool puts_out(const std::string& what) const;
 };
@@ -162,6 +173,8 @@ const settings::FileKind& scene_kind();
 Scene load_scene(const std::string& path, const std::vector<std::string>& overrides);
 Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder,
                   const std::vector<std::string>& overrides = {});
+// Every setting that applies.
+std::string to_toml(const Scene& scene);
 // The reference of all settings.
 std::string describe_scene_settings();
 

@@ -131,7 +131,14 @@ class Output final : public ImageOutput {
     if (!shape.channel_names.empty()) spec.channelnames = shape.channel_names;
     spec.alpha_channel = shape.alpha;
     spec.attribute("oiio:UnassociatedAlpha", 1);  // else colours are divided by alpha
-    spec.attribute("ImageDescription", job_.description);
+    std::string description = job_.description;
+    for (const auto& [key, value] : job_.facts) {
+      if (job_.format == ImageFormat::tiff)
+        description += "\n" + key + ": " + value;
+      else if (job_.format != ImageFormat::hdr)
+        spec.attribute("noiseloom:" + key, value);
+    }
+    spec.attribute("ImageDescription", description);
     spec.attribute("Software", "noiseloom");
     spec.attribute("DateTime", "1970:01:01 00:00:00");  // else the time of writing: equal textures are equal files
     // Noise does not compress, and plain files are read by the smallest of readers.
@@ -173,8 +180,8 @@ class Library final : public ImageLibrary {
 }  // namespace
 }  // namespace noiseloom
 
-extern "C" [[gnu::visibility("default")]] const noiseloom::ImageLibrary* noiseloom_image_library_2();
-extern "C" const noiseloom::ImageLibrary* noiseloom_image_library_2() {
+extern "C" [[gnu::visibility("default")]] const noiseloom::ImageLibrary* noiseloom_image_library_3();
+extern "C" const noiseloom::ImageLibrary* noiseloom_image_library_3() {
   static const noiseloom::Library library;
   return &library;
 }

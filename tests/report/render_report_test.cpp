@@ -1,0 +1,41 @@
+#include "noiseloom/report/render_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace noiseloom {
+namespace {
+
+using testing::HasSubstr;
+
+// Three noises with errors 0.1, 0.2 and 0.3 in both repeats, of one stage and one frame.
+render::Result three_noises() {
+  render::Result result;
+  result.effects = {render::Effect::dither};
+  result.noises = {"white", "blue", "fast"};
+  result.stages = {{"frame", "none"}};
+  result.frames = 1;
+  result.repeats = 2;
+  for (const double error : {0.3, 0.2, 0.1}) result.squares.insert(result.squares.end(), 2, error * error);
+  result.bias = {0};
+  return result;
+}
+
+TEST(RenderReport, SaysHowManySamplesEachNoiseNeeds) {
+  EXPECT_THAT(
+      sample_sentence(three_noises(), 0, 0),
+      HasSubstr("fast has the least error, 0.100; at the same error it needs 9.0 times fewer samples than white "
+                "and 4.0 times fewer samples than blue."));
+}
+
+TEST(RenderReport, ANoiseAloneIsComparedWithNone) {
+  render::Result result = three_noises();
+  result.noises = {"white"};
+  result.squares.resize(2);
+  EXPECT_THAT(sample_sentence(result, 0, 0), testing::EndsWith("white has the least error, 0.300."));
+  result.squares = {0, 0};
+  EXPECT_THAT(sample_sentence(result, 0, 0), testing::Not(HasSubstr("inf")));
+}
+
+}  // namespace
+}  // namespace noiseloom
