@@ -38,7 +38,7 @@ TEST(ConfigFaults, SoundConfigHasNone) { EXPECT_THAT(faults_of(ConfigText{}.text
 TEST(ConfigFaults, NameUnknownKeysAtEveryLevel) {
   expect_messages({
       {&ConfigText::seed, "sead = 1",
-       "run.toml:4: texture.sead: unknown key; did you mean \"seed\"? accepted: size, samples, seed"},
+       "run.toml:4: texture.sead: unknown key; did you mean \"seed\"? accepted: size, samples, seed, stratify"},
       {&ConfigText::energy, "[energi]",
        "run.toml:12: energi: unknown key; did you mean \"energy\"? accepted: texture, filter, energy, optimizer"},
       {&ConfigText::second, "{ axes = \"t\", kernel = \"ema\", alpha = 1, regection = 0 }",
