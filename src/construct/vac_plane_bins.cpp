@@ -53,7 +53,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace noiseloom {
 namespace vac_simd {
+
 HWY_EXPORT(RaiseAround);
+
+// Chosen where the targets' namespaces are in reach by one name, as the build for one target alone asks for.
+static auto raise_around() { return HWY_DYNAMIC_DISPATCH(RaiseAround); }
+
 }  // namespace vac_simd
 
 bool VacPlaneBins::suit(const VacLayout& layout, const VacGroupKernel& group) {
@@ -108,8 +113,8 @@ void VacPlaneBins::assign(std::span<const Coord> at) {
 void VacPlaneBins::raise(const Coord& from, std::span<std::uint32_t> energies) const {
   const std::size_t p = plane(from);
   const std::size_t begin = p == 0 ? 0 : ends_[p - 1];
-  HWY_DYNAMIC_DISPATCH(vac_simd::RaiseAround)
-  (axes_, weights_.data(), places_.data() + begin, indices_.data() + begin, ends_[p] - begin, from, energies.data());
+  vac_simd::raise_around()(axes_, weights_.data(), places_.data() + begin, indices_.data() + begin, ends_[p] - begin,
+                           from, energies.data());
 }
 
 }  // namespace noiseloom
