@@ -210,10 +210,11 @@ void Reader::read_file(const Found& found, const Field& field) {
   const bool as_written = folder_.empty() || folder_ == "." || std::filesystem::path(*text).is_absolute();
   const std::string path = as_written ? *text : folder_ + '/' + *text;
   std::error_code error;
-  if (missing_ == MissingFiles::refused && !std::filesystem::exists(path, error)) {
+  const bool looks = missing_ == MissingFiles::refused && !found.setting.is_found_by_reader;
+  if (looks && !std::filesystem::exists(path, error)) {
     return fault(found.value, found.shown, as_written ? "no such file" : "no such file: " + path);
   }
-  if (missing_ == MissingFiles::refused && std::filesystem::is_directory(path, error)) {
+  if (looks && std::filesystem::is_directory(path, error)) {
     return fault(found.value, found.shown, "is a folder, must be a file");
   }
   *std::get<std::string*>(field) = path;

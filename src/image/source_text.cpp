@@ -28,7 +28,13 @@ std::string identifier_of(const std::string& target) {
   name.erase(std::unique(name.begin(), name.end(), both), name.end());
   if (name.empty() || name[0] == '_' || std::isdigit(static_cast<unsigned char>(name[0])) != 0)
     name = "noise" + std::string(name.starts_with('_') ? "" : "_") + name;
-  return name;
+  // No texture is likely to be called as any other of the languages' words is.
+  constexpr std::string_view words[] = {"auto",   "bool",   "buffer",   "char",    "class",  "const",   "default",
+                                        "double", "export", "float",    "half",    "image",  "int",     "layout",
+                                        "long",   "matrix", "new",      "private", "public", "sample",  "sampler",
+                                        "shared", "short",  "signed",   "static",  "struct", "texture", "this",
+                                        "uint",   "union",  "unsigned", "vector",  "void",   "volatile"};
+  return std::find(std::begin(words), std::end(words), name) == std::end(words) ? name : "noise_" + name;
 }
 
 std::string comment_lines(const std::string& text) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 
 #include "noiseloom/config/config.h"
 #include "noiseloom/core/error.h"
@@ -65,15 +66,38 @@ std::string built_in_config(const NoiseSpec& spec) {
       spec.kind == NoiseKind::blue_3d ? "volume" : "slice");
 }
 
+// The digest of a file, which whoever makes the texture says more of if it cannot be read.
+static std::string contents_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  Digest digest;
+  std::vector<char> block(1 << 16);
+  while (file.read(block.data(), std::ssize(block)), file.gcount() > 0) {
+    digest.update(std::as_bytes(std::span(block.data(), static_cast<std::size_t>(file.gcount()))));
+  }
+  return to_hex(digest.value());
+}
+
 std::string cached_texture(const NoiseSpec& spec, const std::string& folder) {
-  const std::string text = to_toml(config_of(spec));
+  const RunConfig config = config_of(spec);
+  std::string text = to_toml(config);
+  // What a config reads may change behind the same name.
+  std::vector<std::string> inputs = {config.problem.samples.file, config.start.file};
+  for (const GroupSpec& group : config.problem.filter.groups) inputs.push_back(group.kernel.file);
+  for (const std::string& input : inputs) {
+    if (!input.empty()) text += contents_of(input);
+  }
   const std::string digest = to_hex(digest_of(std::as_bytes(std::span(text.data(), text.size()))));
   return (std::filesystem::path(folder) / fmt::format("{}-{}.h5", spec.name, digest.substr(0, 8))).string();
 }
 
 int Noise::numbers_in_value() const {
   if (!has_texture(spec.kind)) return 1;
-  if (samples.is_file()) return channels;
+  // Of a list, an image's density or a tent the estimate has another mean: its truth is not that of the effect.
+  if (samples.is_file() || samples.is_image() || has_pdf(samples)) return 0;
+  if (samples.space != "sobol-owen" && samples.space != "uniform" && samples.space != "circle" &&
+      !samples.space.starts_with("vector")) {
+    return 0;
+  }
   return space_traits(samples).support == Support::unit_interval ? channels : 0;
 }
 

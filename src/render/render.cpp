@@ -29,8 +29,9 @@ void check_noises(const Scene& scene, const std::vector<Noise>& noises) {
       if (calls_of(effect).numbers(scene, noise) == 0)
         faults.push_back(
             {"noise \"" + noise.spec.name + "\"",
-             fmt::format("holds samples of {}; {} takes numbers of 0 to 1 (uniform, vector2, ...){}",
-                         noise.samples.space, name_of(effect), effect == Effect::occlusion ? " or directions" : "")});
+             fmt::format(
+                 "holds samples of {}; {} takes numbers that are spread evenly over 0 to 1 (uniform, vector2, ...){}",
+                 noise.samples.space, name_of(effect), effect == Effect::occlusion ? " or directions" : "")});
   throw_if_any(std::move(faults));
 }
 
@@ -120,7 +121,10 @@ Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& 
   const Stopwatch watch;
   Result result;
   result.effects = effects_of(scene);
-  for (const Noise& noise : noises) result.noises.push_back(noise.spec.name);
+  for (const Noise& noise : noises) {
+    if (noise.spec.kind == NoiseKind::white && !result.white) result.white = result.noises.size();
+    result.noises.push_back(noise.spec.name);
+  }
   result.stages = stages_of(scene);
   result.frames = scene.frames;
   result.repeats = scene.repeats;

@@ -139,9 +139,8 @@ MeanAndError Result::rmse(std::size_t effect, std::size_t noise, std::size_t sta
 }
 
 double Result::over_white(std::size_t effect, std::size_t noise, std::size_t stage, int frame) const {
-  const std::size_t white = index_of(noises, "white");
-  if (white == noises.size()) return std::nan("");
-  const double below = rmse(effect, white, stage, frame).mean;
+  if (!white) return std::nan("");
+  const double below = rmse(effect, *white, stage, frame).mean;
   return below > 0 ? rmse(effect, noise, stage, frame).mean / below : std::nan("");
 }
 

@@ -21,10 +21,8 @@ constexpr PlotLine::Style styles[] = {PlotLine::Style::main, PlotLine::Style::se
                                       PlotLine::Style::fourth, PlotLine::Style::fifth};
 
 std::string percent_of(const Result& result, double rmse, std::size_t effect, std::size_t stage) {
-  const std::size_t white =
-      static_cast<std::size_t>(std::find(result.noises.begin(), result.noises.end(), "white") - result.noises.begin());
-  if (white == result.noises.size()) return "";
-  const double base = result.rmse(effect, white, stage, result.frames - 1).mean;
+  if (!result.white) return "";
+  const double base = result.rmse(effect, *result.white, stage, result.frames - 1).mean;
   return base > 0 ? fmt::format("{:.0f} % of white", 100 * rmse / base) : "";
 }
 
@@ -141,9 +139,9 @@ class Page {
 
   // White noise is broken; where there are more noises than styles, the last ones share one.
   PlotLine::Style style_of(std::size_t noise) const {
-    if (result_.noises[noise] == "white") return PlotLine::Style::dashed;
+    if (result_.white == noise) return PlotLine::Style::dashed;
     std::size_t place = 0;
-    for (std::size_t i = 0; i < noise; ++i) place += result_.noises[i] == "white" ? 0 : 1;
+    for (std::size_t i = 0; i < noise; ++i) place += result_.white == i ? 0 : 1;
     return styles[std::min(place, std::size(styles) - 1)];
   }
 

@@ -2,7 +2,9 @@
 
 import csv
 import json
+import re
 
+import numpy
 import support
 
 SCENE = """
@@ -124,12 +126,35 @@ groups = [ { axes = "xy", kernel = "box", size = 3 } ]
 stop = { iterations = 2 }
 """), "-o", "r.h5")
         self.run_program("export", "r.h5", "-o", "images")
-        first = sorted((self.folder / "images").glob("*.png"))[0]
-        tail = f'[[noise]]\nname = "ours"\nkind = "file"\nfile = "{first}"\nsamples = "vector2"\n'
+        first = sorted((self.folder / "images").glob("*.png"))[0].name
+        tail = ""
+        for name, file in (("ours", re.sub(r"\d+(?=\.png)", "{}", first)), ("one", first), ("all", "")):
+            self.assertTrue(name != "ours" or "{}" in file)
+            tail += f'[[noise]]\nname = "{name}"\nkind = "file"\nfile = "images/{file}"\nsamples = "vector2"\n'
         tail += '[[noise]]\nname = "run"\nkind = "file"\nfile = "r.h5"\n'
         self.run_program("render", self.scene(tail), "-o", "out", "--set", "effects.integrand.function=circle")
         errors = {row["noise"]: float(row["rmse"]) for row in self.rows() if row["space"] == "none"}
-        self.assertAlmostEqual(errors["ours"], errors["run"], delta=0.03 * errors["run"])
+        for name in ("ours", "one", "all"):
+            self.assertAlmostEqual(errors[name], errors["run"], delta=0.03 * errors["run"])
+        missing = '[[noise]]\nname = "ours"\nkind = "file"\nfile = "none_{}.png"\nsamples = "vector2"\n'
+        done = self.run_program("render", self.scene(missing), "-o", "none", expect=2)
+        self.assertIn("none_{}.png", done.stderr)
+
+    def test_a_texture_is_made_anew_when_what_its_config_reads_has_changed(self):
+        config = self.write("k.toml", """
+[texture]
+size = { x = 8, y = 8 }
+samples = "uniform"
+[filter]
+groups = [ { axes = "xy", kernel = "table", file = "taps.npy" } ]
+""")
+        tail = f'[[noise]]\nname = "ours"\nkind = "config"\nfile = "{config}"\n'
+        textures = []
+        for taps in ([1, 2, 1], [1, 1, 1, 1, 1]):
+            numpy.save(self.folder / "taps.npy", numpy.array(taps, dtype=float))
+            self.run_program("render", self.scene(tail), "-o", "out", "--overwrite")
+            textures.append(len(list((self.folder / "out/noise").glob("ours-*.h5"))))
+        self.assertEqual(textures, [1, 2])
 
 
 if __name__ == "__main__":

@@ -156,12 +156,15 @@ TEST(Effects, AverageOfOneFrameIsTheFrame) {
 }
 
 TEST(Effects, SamplesThatAreNoNumbersAreRefused) {
-  Noise directions = mask(4, 4, 1);
-  directions.samples.space = "sphere";
-  directions.channels = 3;
   const Scene scene = scene_of("[[noise]]\nkind = \"white\"\n[effects.dither]\n");
   ThreadPool pool(1);
-  EXPECT_THROW(render(scene, {directions}, pool), UserError);
+  Noise noise = mask(4, 4, 1);
+  EXPECT_NO_THROW(render(scene, {noise}, pool));
+  // A tent, a list and the density of an image are numbers, but no uniform ones: their estimates have another mean.
+  for (const char* space : {"sphere", "tent", "gauss2", "disk", "file", "image"}) {
+    noise.samples.space = space;
+    EXPECT_THROW(render(scene, {noise}, pool), UserError) << space;
+  }
 }
 
 }  // namespace

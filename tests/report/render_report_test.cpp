@@ -13,6 +13,7 @@ render::Result three_noises() {
   render::Result result;
   result.effects = {render::Effect::dither};
   result.noises = {"white", "blue", "fast"};
+  result.white = 0;
   result.stages = {{"frame", "none"}};
   result.frames = 1;
   result.repeats = 2;
@@ -31,6 +32,7 @@ TEST(RenderReport, SaysHowManySamplesEachNoiseNeeds) {
 TEST(RenderReport, ANoiseAloneIsComparedWithNone) {
   render::Result result = three_noises();
   result.noises = {"white"};
+  result.white = 0;
   result.squares.resize(2);
   EXPECT_THAT(sample_sentence(result, 0, 0), testing::EndsWith("white has the least error, 0.300."));
   result.squares = {0, 0};

@@ -200,6 +200,8 @@ struct Setting {
   std::span<const Word> words = {};
   Condition when = {};
   bool required = false;
+  // file: its reader also takes folders, patterns of names and datasets of a file, and so says itself what is missing.
+  bool is_found_by_reader = false;
   bool zero_is_unset = false;     // zero (or no text, or the first word) means that the file does not say
   bool one_of = false;            // table: holds exactly one of its keys; that of a --set replaces that of the file
   std::string_view example = {};  // tables: `a list of tables such as <example>`

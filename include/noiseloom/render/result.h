@@ -33,6 +33,7 @@ struct PassResult {
 struct Result {
   std::vector<Effect> effects;
   std::vector<std::string> noises;
+  std::optional<std::size_t> white;  // which of them is white noise: the first of that kind, whatever its name
   std::vector<Stage> stages;
   int frames = 0;
   int repeats = 0;
