@@ -87,6 +87,9 @@ void refuse_unfit_folder(const std::string& folder) {
   if (folder == "-")
     throw UserError("command line", "-o -: a report is a folder of files, which cannot go to standard output");
   const std::filesystem::path path(folder);
+  std::error_code absent;
+  if (std::filesystem::exists(path, absent) && !std::filesystem::is_directory(path, absent))
+    throw UserError("command line", fmt::format("-o {}: is a file, must be a folder", folder));
   for (const char* const ending : {".html", ".htm", ".pdf"})
     if (path.extension() == ending && !std::filesystem::is_directory(path))
       throw UserError(

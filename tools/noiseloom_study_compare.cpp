@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -25,12 +26,17 @@ CompareColumn column_of(const CompareArguments& arguments, const std::string& wo
   const bool is_named = equals != std::string::npos && !std::filesystem::exists(word);
   const std::string files = is_named ? word.substr(equals + 1) : word;
   column.name = is_named ? word.substr(0, equals) : std::filesystem::path(word).stem().string();
+  const auto is_missing = [&](const std::string& name) {
+    if (name.empty()) throw UserError("command line", word + ": must be NAME=FILE,FILE... with no name left out");
+  };
+  is_missing(column.name);
   for (std::size_t at = 0; at <= files.size();) {
     const std::size_t end = is_named ? std::min(files.find(',', at), files.size()) : files.size();
     column.files.push_back(files.substr(at, end - at));
     at = end + 1;
   }
   for (const std::string& file : column.files) {
+    is_missing(file);
     column.textures.push_back(load_argument(arguments.texture, file));
     if (!column.textures.back().config)
       throw UserError(file,
@@ -39,11 +45,21 @@ CompareColumn column_of(const CompareArguments& arguments, const std::string& wo
   return column;
 }
 
+// Columns of one name are called by their whole paths.
+void name_apart(std::vector<CompareColumn>& columns) {
+  std::map<std::string, int> count;
+  for (const CompareColumn& column : columns) ++count[column.name];
+  for (CompareColumn& column : columns) {
+    if (count[column.name] > 1) column.name = column.files.front();
+  }
+}
+
 void run_compare(const CompareArguments& arguments) {
   if (arguments.texture.files.size() < 2) throw UserError("command line", "compare takes two textures or more");
   ThreadPool pool(threads_of(arguments.texture));
   std::vector<CompareColumn> columns;
   for (const std::string& word : arguments.texture.files) columns.push_back(column_of(arguments, word));
+  name_apart(columns);
   const Comparison comparison = compare(columns, pool);
   if (arguments.json) {
     fmt::print("{}\n", comparison_json(comparison));

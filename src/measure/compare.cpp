@@ -67,6 +67,30 @@ std::string cell(double mean, double error) {
   return error > 0 ? fmt::format("{} +- {}", digits_text(mean), digits_text(error)) : digits_text(mean);
 }
 
+// A cell of CSV (RFC 4180).
+std::string csv_cell(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+std::string csv_number(double value) { return std::isnan(value) ? "" : fmt::format("{}", value); }
+
+// As the cell of a table: what the format takes for its own is escaped.
+std::string escaped(const std::string& text, bool latex) {
+  std::string result;
+  for (const char c : text) {
+    if (latex && c == '\\') {
+      result += "\\textbackslash{}";
+    } else if (latex && (c == '~' || c == '^')) {
+      result += fmt::format("\\{}{{}}", c);
+    } else {
+      if (latex ? std::string_view("_%&#${}").find(c) != std::string_view::npos : c == '|') result += '\\';
+      result += c;
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 Comparison compare(const std::vector<CompareColumn>& columns, ThreadPool& pool) {
@@ -117,11 +141,12 @@ std::string comparison_table(const Comparison& comparison, const std::string& fo
   if (format == "csv") {
     text = "measure";
     for (const ComparedTexture& t : comparison.textures)
-      text += fmt::format(",{0},{0} standard error", json_string(t.name));
+      text += ',' + csv_cell(t.name) + ',' + csv_cell(t.name + " standard error");
     text += "\n";
     for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
-      text += json_string(comparison.rows[row]);
-      for (const ComparedTexture& t : comparison.textures) text += fmt::format(",{},{}", t.means[row], t.errors[row]);
+      text += csv_cell(comparison.rows[row]);
+      for (const ComparedTexture& t : comparison.textures)
+        text += ',' + csv_number(t.means[row]) + ',' + csv_number(t.errors[row]);
       text += "\n";
     }
     return text;
@@ -130,13 +155,13 @@ std::string comparison_table(const Comparison& comparison, const std::string& fo
   const char* const between = latex ? " & " : " | ";
   const char* const end = latex ? " \\\\\n" : " |\n";
   text = latex ? fmt::format("\\begin{{tabular}}{{l{}}}\n", std::string(comparison.textures.size(), 'r')) : "| ";
-  for (const ComparedTexture& t : comparison.textures) text += between + t.name;
+  for (const ComparedTexture& t : comparison.textures) text += between + escaped(t.name, latex);
   text += end;
   text += latex ? "\\hline\n" : "|---|";
   for (std::size_t t = 0; t < comparison.textures.size() && !latex; ++t) text += "---:|";
   if (!latex) text += "\n";
   for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
-    text += (latex ? "" : "| ") + comparison.rows[row];
+    text += (latex ? "" : "| ") + escaped(comparison.rows[row], latex);
     for (const ComparedTexture& t : comparison.textures) {
       std::string value = cell(t.means[row], t.errors[row]);
       if (const std::size_t at = value.find("+-"); latex && at != std::string::npos) value.replace(at, 2, "$\\pm$");

@@ -182,6 +182,7 @@ std::string results_text(const Result& result) {
     });
     text += "\n";
   }
+  if (result.bias.empty() || std::isnan(result.bias.front())) return text;
   return text +
          "bias: how far filters (and the steps of a march) take the mean from the converged truth, whatever the "
          "noise;\n"

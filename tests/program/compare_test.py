@@ -50,7 +50,7 @@ class CompareTest(support.ProgramTest):
         self.generate("a")
         self.generate("b", seed=2)
         rows = list(csv.reader(io.StringIO(self.run_program("compare", "a.h5", "b.h5", "--table", "csv").stdout)))
-        self.assertEqual(rows[0][0], "measure")
+        self.assertEqual(rows[0], ["measure", "a", "a standard error", "b", "b standard error"])
         self.assertTrue(all(len(row) == 5 for row in rows))
         markdown = self.run_program("compare", "a.h5", "b.h5").stdout
         self.assertTrue(markdown.startswith("|  | a | b |\n|---|---:|---:|\n"), markdown)
@@ -58,6 +58,11 @@ class CompareTest(support.ProgramTest):
         latex = self.run_program("compare", "x=a.h5,b.h5", "b.h5", "--table", "latex").stdout
         self.assertTrue(latex.startswith("\\begin{tabular}{lrr}"))
         self.assertIn("$\\pm$", latex)
+        self.assertIn("x\\_1\\%", self.run_program("compare", "x_1%=a.h5", "b.h5", "--table", "latex").stdout)
+        self.assertIn("| x\\|y |", self.run_program("compare", "x|y=a.h5", "b.h5").stdout)
+        self.assertIn("| a.h5 | ./a.h5 |", self.run_program("compare", "a.h5", "./a.h5").stdout)
+        for word in ("=a.h5", "x=a.h5,", "x="):
+            self.assertIn("must be NAME=FILE", self.run_program("compare", word, "b.h5", expect=2).stderr)
 
     def test_what_is_no_comparison_is_refused(self):
         self.generate("a")
