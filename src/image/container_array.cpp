@@ -53,10 +53,13 @@ const char* type_name(PixelType type) {
   return "";
 }
 
-std::string packed_members(const ContainerJob& job) {
+// Where the numbers come from. What a config says of all channels there is none of in a pack.
+std::string members_of_facts(const ContainerJob& job) {
   std::string members;
+  if (!job.config.empty()) members = fmt::format("  \"config\": {}", json_string(job.config));
   for (const auto& [key, value] : job.facts)
-    members += fmt::format("{}  {}: {}", members.empty() ? "" : ",\n", json_string(key), json_string(value));
+    if (job.config.empty() || (key != "samples" && key != "config"))
+      members += fmt::format("{}  {}: {}", members.empty() ? "" : ",\n", json_string(key), json_string(value));
   return members;
 }
 
@@ -88,9 +91,7 @@ std::string sidecar(const std::string& target, const ContainerJob& job) {
       "}}\n",
       json_string(std::filesystem::path(target).filename().string()), type_name(job.slice.type),
       fmt::join(array_shape(job), ", "), axes, job.first_slice, json_string(job.samples), json_string(job.decoding),
-      job.range ? "true" : "false", json_number(range.lo), json_number(range.hi), unfinished,
-      // Of a pack: what each channel holds, and no config that would say what all of them are.
-      job.config.empty() ? packed_members(job) : fmt::format("  \"config\": {}", json_string(job.config)));
+      job.range ? "true" : "false", json_number(range.lo), json_number(range.hi), unfinished, members_of_facts(job));
 }
 
 class RawWriter : public ContainerWriter {

@@ -68,6 +68,8 @@ class TextWriter : public ContainerWriter {
 
  protected:
   const ContainerJob& job() const { return *job_; }
+  // The description of a file of levels, which are no codes of numbers: without how those are decoded.
+  std::string what_it_is() const { return job_->description.substr(0, job_->description.find("; value = ")); }
   const std::string& name() const { return name_; }
   std::size_t width() const { return static_cast<std::size_t>(job_->slice.width); }
   std::size_t height() const { return static_cast<std::size_t>(job_->slice.height); }
@@ -173,8 +175,8 @@ class ImageMagickWriter : public TextWriter {
     std::string text = fmt::format(
         "  <threshold map=\"{}{}\">\n    <description>{}</description>\n    <levels width=\"{}\" height=\"{}\" "
         "divisor=\"{}\">\n",
-        map_name(), job().num_slices > 1 ? fmt::format("-{}", slice) : "", escaped(job().description), width(),
-        height(), levels + 1);
+        map_name(), job().num_slices > 1 ? fmt::format("-{}", slice) : "", escaped(what_it_is()), width(), height(),
+        levels + 1);
     for (std::size_t cell = 0; cell < cells(); ++cell)
       text += fmt::format("{}{}", 1 + level(bytes, cell, levels), cell % width() + 1 < width() ? " " : "\n");
     return text + "    </levels>\n  </threshold>\n";
@@ -192,7 +194,7 @@ class GhostscriptWriter : public TextWriter {
     return fmt::format(
         "%!PS\n% {}\n<< /HalftoneType 16 /Width {} /Height {}\n/Thresholds currentfile /ASCIIHexDecode filter >> "
         "sethalftone\n",
-        job().description, width(), height());
+        what_it_is(), width(), height());
   }
   std::string body(SliceIndex, std::span<const std::byte> bytes) const override {
     std::string text;
@@ -208,8 +210,8 @@ class GimpWriter : public TextWriter {
   using TextWriter::TextWriter;
 
   std::string head() const override {
-    return fmt::format("; {}\n(gimp-image-convert-set-dither-matrix {} {} {} #(\n", job().description, width(),
-                       height(), cells());
+    return fmt::format("; {}\n(gimp-image-convert-set-dither-matrix {} {} {} #(\n", what_it_is(), width(), height(),
+                       cells());
   }
   std::string body(SliceIndex, std::span<const std::byte> bytes) const override {
     std::string text;

@@ -183,6 +183,7 @@ class ConsumersTest(support.ProgramTest):
         maps = xml.etree.ElementTree.parse(self.only(files, "thresholds.xml")).getroot()
         self.assertEqual([m.get("map") for m in maps], [f"uniform4-{z}" for z in range(4)])
         for z, threshold in enumerate(maps):
+            self.assertNotIn("value =", threshold.find("description").text)  # levels are no codes
             levels = threshold.find("levels")
             self.assertEqual([levels.get(a) for a in ("width", "height", "divisor")], ["16", "16", "257"])
             read = numpy.array(levels.text.split(), int).reshape(16, 16)

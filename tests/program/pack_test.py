@@ -51,6 +51,12 @@ class PackTest(support.ProgramTest):
         numpy.testing.assert_array_equal(numpy.fromfile(self.folder / "c.raw", "u1").reshape(3, 11, 13, 3),
                                          codes(0.5 + 0.5 * self.values["way"].astype(float), 8))
         self.assertIn("channel 2 of way", json.loads((self.folder / "c.json").read_text())["B"])
+        # A file of one run says as much.
+        self.run_program("export", "time.h5", "-o", "one.raw")
+        said = json.loads((self.folder / "one.json").read_text())
+        self.assertEqual(said["checksum"], self.info("time.h5")["checksums"]["/samples"])
+        for key in ("config", "seed", "filter", "relative_error"):
+            self.assertIn(key, said)
 
     def test_ktx2_and_exr_and_tiff_say_what_channels_hold(self):
         for name, arguments in [("a.exr", []), ("a.tif", [])]:
