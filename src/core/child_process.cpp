@@ -7,12 +7,12 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <optional>
 #include <system_error>
 
 #include "noiseloom/core/error.h"
+#include "noiseloom/core/stopwatch.h"
 
 namespace noiseloom {
 namespace {
@@ -39,14 +39,6 @@ std::optional<int> ended_status(pid_t pid) {
   if (ended < 0) throw EnvironmentError("a run was lost: " + std::system_category().message(errno));
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
-
-class Stopwatch {
- public:
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count(); }
-
- private:
-  std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
-};
 
 void end_child(pid_t pid, StopSignals& signals) {
   ::kill(pid, SIGTERM);

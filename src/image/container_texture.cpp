@@ -78,19 +78,29 @@ std::string key_values(std::vector<std::pair<std::string, std::string>> pairs) {
   return bytes;
 }
 
-class Ktx2Writer : public ContainerWriter {
+// A header, which follows from the job alone, and then the bytes of all slices.
+class HeadedWriter : public ContainerWriter {
  public:
-  explicit Ktx2Writer(OutputFiles& files) : files_(files) {}
+  explicit HeadedWriter(OutputFiles& files) : files_(files) {}
 
-  void begin(const std::string& target, const ContainerJob& job) override {
+  void begin(const std::string& target, const ContainerJob& job) final {
     stream_ = files_.open(target);
     stream_->append(header(job));
   }
-  void slice(SliceIndex, std::span<const std::byte> bytes) override { stream_->append(bytes); }
-  void end() override { stream_->close(); }
+  void slice(SliceIndex, std::span<const std::byte> bytes) final { stream_->append(bytes); }
+  void end() final { stream_->close(); }
 
  private:
-  static std::string header(const ContainerJob& job) {
+  virtual std::string header(const ContainerJob& job) const = 0;
+
+  OutputFiles& files_;
+  std::unique_ptr<OutputStream> stream_;
+};
+
+class Ktx2Writer : public HeadedWriter {
+  using HeadedWriter::HeadedWriter;
+
+  std::string header(const ContainerJob& job) const override {
     constexpr std::size_t index_end = 104;
     const TextureSizes sizes = sizes_of(job);
     const bool volume = job.layout == ExportLayout::volume;
@@ -130,9 +140,6 @@ class Ktx2Writer : public ContainerWriter {
     bytes.resize(data_at, '\0');
     return bytes;
   }
-
-  OutputFiles& files_;
-  std::unique_ptr<OutputStream> stream_;
 };
 
 // Flags and masks of the header's old description of pixels; red stands for luminance too.
@@ -145,20 +152,11 @@ constexpr OldPixelFormat old_pixel_formats[] = {
     {0x41, 32, 0xff, 0xff00, 0xff0000, 0xff000000},  // RGBA8
 };
 
-class DdsWriter : public ContainerWriter {
- public:
-  explicit DdsWriter(OutputFiles& files) : files_(files) {}
+class DdsWriter : public HeadedWriter {
+  using HeadedWriter::HeadedWriter;
 
-  void begin(const std::string& target, const ContainerJob& job) override {
-    stream_ = files_.open(target);
-    stream_->append(header(job));
-  }
-  void slice(SliceIndex, std::span<const std::byte> bytes) override { stream_->append(bytes); }
-  void end() override { stream_->close(); }
-
- private:
   // A strip of 8 bits has the old header, which readers of single images know; all else the new one.
-  static std::string header(const ContainerJob& job) {
+  std::string header(const ContainerJob& job) const override {
     constexpr std::uint32_t caps_height_width_pitch_format = 0x100F;
     constexpr std::uint32_t has_depth = 0x800000;
     constexpr std::uint32_t is_texture = 0x1000;
@@ -199,9 +197,6 @@ class DdsWriter : public ContainerWriter {
     append_u32(bytes, 0);
     return bytes;
   }
-
-  OutputFiles& files_;
-  std::unique_ptr<OutputStream> stream_;
 };
 
 }  // namespace

@@ -8,13 +8,6 @@
 namespace noiseloom::render {
 namespace {
 
-// Where a place outside of 0..size-1 is read.
-int inside(int place, int size, Border border) {
-  if (border == Border::clamp) return std::clamp(place, 0, size - 1);
-  const int rest = place % size;
-  return rest < 0 ? rest + size : rest;
-}
-
 std::vector<float> normalised(const std::vector<double>& taps) {
   double sum = 0;
   for (const double tap : taps) sum += tap;
@@ -24,6 +17,12 @@ std::vector<float> normalised(const std::vector<double>& taps) {
 }
 
 }  // namespace
+
+int inside(int place, int size, Border border) {
+  if (border == Border::clamp) return std::clamp(place, 0, size - 1);
+  const int rest = place % size;
+  return rest < 0 ? rest + size : rest;
+}
 
 Image make_image(int width, int height, int channels) {
   Image image{width, height, channels, {}};

@@ -28,6 +28,8 @@ struct Image {
 
 Image make_image(int width, int height, int channels);
 
+// Where a place outside of 0..size-1 is read.
+int inside(int place, int size, Border border);
 // Taps along one axis, an odd number that adds up to 1: those of the filter.
 std::vector<float> taps_of(const SpaceFilterSpec& filter);
 // The image, filtered along x and then along y.

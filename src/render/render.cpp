@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <mutex>
 
 #include "noiseloom/core/error.h"
+#include "noiseloom/core/stopwatch.h"
 #include "noiseloom/render/result.h"
 #include "render/effects.h"
 #include "render/frames.h"
@@ -12,14 +12,6 @@
 
 namespace noiseloom::render {
 namespace {
-
-class Stopwatch {
- public:
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count(); }
-
- private:
-  std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
-};
 
 // An effect of unit numbers cannot use directions, nor what is not spread evenly over 0..1.
 void check_noises(const Scene& scene, const std::vector<Noise>& noises) {

@@ -6,12 +6,6 @@
 namespace noiseloom::render {
 namespace {
 
-using settings::at_least;
-using settings::Field;
-using settings::Setting;
-using settings::Type;
-using settings::Word;
-
 constexpr double largest_size = 8192;
 
 constexpr Word output_words[] = {

@@ -9,9 +9,17 @@
 
 namespace noiseloom::render {
 
-std::vector<settings::Setting> rows_of_noises();
-std::vector<settings::Setting> rows_of_effects();
-std::vector<settings::Setting> rows_of_filters();
+// The words that rows are written in.
+using settings::above;
+using settings::at_least;
+using settings::Field;
+using settings::Setting;
+using settings::Type;
+using settings::Word;
+
+std::vector<Setting> rows_of_noises();
+std::vector<Setting> rows_of_effects();
+std::vector<Setting> rows_of_filters();
 
 // Gives noises and filters that have no name that of what they are, then holds against each other what settings name.
 void check_scene(settings::Reader& reader, const settings::Value& root, const settings::Owners& owners);

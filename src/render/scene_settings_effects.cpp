@@ -4,13 +4,6 @@
 namespace noiseloom::render {
 namespace {
 
-using settings::above;
-using settings::at_least;
-using settings::Field;
-using settings::Setting;
-using settings::Type;
-using settings::Word;
-
 // In the order of Integrand.
 constexpr Word integrand_words[] = {
     {"constant", "1/2, whatever the number: no error at all"},

@@ -5,12 +5,6 @@
 namespace noiseloom::render {
 namespace {
 
-using settings::at_least;
-using settings::Field;
-using settings::Setting;
-using settings::Type;
-using settings::Word;
-
 // In the order of NoiseKind.
 constexpr Word noise_words[] = {
     {"file", "a run file, images, or arrays: what score reads", "image texture png run"},

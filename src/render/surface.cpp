@@ -37,11 +37,6 @@ Hit hit_of(double right_of_middle, double above_middle) {
   return {place, {0, 1, 0}, Shape::plane};
 }
 
-int inside_of(int place, int size, Border border) {
-  if (border == Border::clamp) return std::clamp(place, 0, size - 1);
-  return (place % size + size) % size;
-}
-
 double edge_weight(const Hit& at, const Hit& tap, const SpaceFilterSpec& filter, bool by_depth, bool by_normal) {
   double weight = 1;
   if (by_depth) weight *= math::exp(-std::fabs(dot(at.normal, tap.place - at.place)) / filter.depth);
@@ -150,7 +145,7 @@ EdgeWeights make_edge_weights(const Hits& hits, const SpaceFilterSpec& filter, B
       std::size_t i = 0;
       for (int y = 0; y < hits.height; ++y)
         for (int x = 0; x < hits.width; ++x, ++i) {
-          const Hit& other = hits.at(inside_of(x + dx, hits.width, border), inside_of(y + dy, hits.height, border));
+          const Hit& other = hits.at(inside(x + dx, hits.width, border), inside(y + dy, hits.height, border));
           const double weight = tap * edge_weight(hits.hits[i], other, filter, by_depth, by_normal);
           plane[i] = static_cast<float>(weight);
           sums[i] += weight;
@@ -170,9 +165,9 @@ Image filtered(const Image& image, const EdgeWeights& weights, Border border) {
   for (int c = 0; c < image.channels; ++c)
     for (int y = 0; y < image.height; ++y)
       for (int dy = -reach; dy <= reach; ++dy) {
-        const float* const from = image.row(c, inside_of(y + dy, image.height, border));
+        const float* const from = image.row(c, inside(y + dy, image.height, border));
         for (int x = -reach; x < image.width + reach; ++x)
-          wide[static_cast<std::size_t>(x + reach)] = from[inside_of(x, image.width, border)];
+          wide[static_cast<std::size_t>(x + reach)] = from[inside(x, image.width, border)];
         float* const to = result.row(c, y);
         for (int dx = 0; dx <= 2 * reach; ++dx) {
           const auto tap = static_cast<std::size_t>((dy + reach) * (2 * reach + 1) + dx);

@@ -106,14 +106,14 @@ TEST(Noise, GoldenRatioMovesOnAndBeginsAgain) {
   EXPECT_EQ(at((std::int64_t{1} << 31) + 3), at(3 + (std::int64_t{1} << 31) % 64));
 }
 
-TEST(Noise, RepeatsMoveAllNoisesAlike) {
+TEST(Noise, RepeatsMoveNoisesToOtherPlaces) {
   EXPECT_EQ(move_of_repeat(1, 0).x, 0);
   std::set<std::int64_t> places;
   for (int repeat = 1; repeat < 50; ++repeat) places.insert(move_of_repeat(1, repeat).x);
   EXPECT_GT(places.size(), 45U);
 }
 
-TEST(Noise, TexturesOfConfigsAreMadeWhereTheConfigIsNamed) {
+TEST(Noise, TexturesOfOtherConfigsAreKeptUnderOtherNames) {
   NoiseSpec spec;
   spec.kind = NoiseKind::blue_2d;
   spec.name = "blue-2d";
