@@ -13,6 +13,7 @@
 #include "noiseloom/core/random.h"
 #include "noiseloom/samples/sample_space.h"
 #include "noiseloom/samples/space.h"
+#include "support/sanitizers.h"
 
 namespace noiseloom {
 namespace {
@@ -225,7 +226,7 @@ TEST(ClosedForm, InvertUndoesSampleAfterRoundingToFloat) {
   const std::array<double, 4> extremes = {0x1p-53, 0.5, 1 - 0x1p-26, 1 - 0x1p-53};
   for (const Case& c : all_cases()) {
     for (const std::int64_t n : {std::int64_t{1} << 24, std::int64_t{1'000'003}}) {
-      for (std::uint64_t trial = 0; trial < 20'000; ++trial) {
+      for (std::uint64_t trial = 0; trial < testing_support::tried(20'000); ++trial) {
         std::array<double, most_channels> jitter;
         for (std::uint64_t k = 0; k < jitter.size(); ++k) {
           const double u = random_number(trial, k);
@@ -247,7 +248,7 @@ TEST(ClosedForm, InvertUndoesSampleAfterRoundingToFloat) {
 TEST(ClosedForm, StrataHoldEqualSharesOfPointsDrawnInAnotherWay) {
   for (const Case& c : all_cases()) {
     std::vector<Point> points;
-    for (std::uint64_t i = 0; points.size() < 100'000; ++i) {
+    for (std::uint64_t i = 0; points.size() < testing_support::tried(100'000); ++i) {
       Point point;
       if (c.draw(i, point)) points.push_back(point);
     }
@@ -315,7 +316,7 @@ TEST(ClosedForm, ShareBelowIsTheDistributionOfACoordinate) {
   for (const Case& c : all_cases()) {
     for (int channel = 0; channel < c.space().traits().channels; ++channel) {
       std::vector<double> values;
-      for (std::uint64_t i = 0; values.size() < 20'000; ++i) {
+      for (std::uint64_t i = 0; values.size() < testing_support::tried(20'000); ++i) {
         Point point;
         if (c.draw(i, point)) values.push_back(static_cast<double>(point[static_cast<std::size_t>(channel)]));
       }

@@ -12,6 +12,7 @@
 
 #include "noiseloom/core/math.h"
 #include "noiseloom/core/random.h"
+#include "support/sanitizers.h"
 
 namespace noiseloom {
 namespace {
@@ -62,7 +63,7 @@ TEST(SampleSpace, InvertUndoesSampleAfterRoundingToFloat) {
   for (const SampleSpec& spec : all_spaces()) {
     const std::int64_t most = std::int64_t{1} << (spec.space == "tent" ? 23 : 24);
     for (const std::int64_t n : {most, most - 3, std::int64_t{1'000'003}}) {
-      for (std::uint64_t trial = 0; trial < 20'000; ++trial) {
+      for (std::uint64_t trial = 0; trial < testing_support::tried(20'000); ++trial) {
         std::array<double, 8> jitter;
         for (std::size_t c = 0; c < 8; ++c) {
           const double u = white(trial * 8 + c);

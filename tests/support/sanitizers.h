@@ -9,4 +9,7 @@ inline constexpr bool under_sanitizers = true;
 inline constexpr bool under_sanitizers = false;
 #endif
 
+// How many of `count` draws are made: a tenth under sanitizers, which look for other faults than those that take many.
+constexpr unsigned tried(unsigned count) { return under_sanitizers ? count / 10 : count; }
+
 }  // namespace noiseloom::testing_support
