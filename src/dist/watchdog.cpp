@@ -163,8 +163,8 @@ void Watchdog::Impl::connect(const Communicator& communicator, const std::functi
   communicator.broadcast(address);
   std::string token_text = std::to_string(token);
   communicator.broadcast(token_text);
-  token = std::stoull(token_text);
   if (rank != Communicator::root && !address.empty()) {
+    token = std::stoull(token_text);
     to_root = connect_beats(address, own_beat(), connect_patience_ms, root_beat);
     try {
       if (to_root.is_open()) start(&Impl::watch_root);
