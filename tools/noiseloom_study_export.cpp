@@ -23,12 +23,6 @@ struct ExportArguments {
   std::string importance;
 };
 
-std::string list_of_files(const std::vector<std::string>& files) {
-  if (files.size() == 1) return files.front();
-  if (files.size() == 2) return fmt::format("{} and {}", files.front(), files.back());
-  return fmt::format("{} files: {} to {}", files.size(), files.front(), files.back());
-}
-
 void run_pack(const ExportArguments& arguments) {
   const ExportOptions& options = arguments.options;
   std::vector<Fault> faults;
@@ -85,6 +79,12 @@ void run_importance(const ExportArguments& arguments) {
 }
 
 }  // namespace
+
+std::string list_of_files(const std::vector<std::string>& files) {
+  if (files.size() == 1) return files.front();
+  if (files.size() == 2) return fmt::format("{} and {}", files.front(), files.back());
+  return fmt::format("{} files: {} to {}", files.size(), files.front(), files.back());
+}
 
 void add_export(CLI::App& app) {
   auto* const command = app.add_subcommand("export", "Run file to images and arrays");

@@ -39,11 +39,11 @@ class Install(ProgramTest):
         return set(done.stdout.split())
 
     def commands(self):
-        return set(re.findall(r"^  noiseloom ([a-z]+) ", self.run_program("--help").stdout, re.MULTILINE))
+        return set(re.findall(r"^  noiseloom ([a-z][-a-z]*) ", self.run_program("--help").stdout, re.MULTILINE))
 
     def options_of(self, command):
         text = self.run_program(command, "--help").stdout
-        return set(re.findall(r"^  (?:-\w,)?(--[-a-z]+)", text, re.MULTILINE))
+        return set(re.findall(r"^  (?:-\w,)?(--[-a-zA-Z]+)", text, re.MULTILINE))
 
     def test_files(self):
         names = {str(path.relative_to(self.prefix)) for path in self.prefix.rglob("*") if path.is_file()}
