@@ -39,9 +39,9 @@ value whose error your denoiser removes best.
   noiseloom accuracy CONFIG.toml -o DIR        what accuracy costs: error against seconds, as report.html
   noiseloom render SCENE.toml -o DIR           what noises are worth in a scene: errors after your filters
 
-  noiseloom fastnoise SPACE DIST ...           lines of the published program of filter-adapted noise
-  noiseloom stbn-scalar [OPTIONS]              lines of the published makers of spatiotemporal blue noise:
-  noiseloom stbn-vector [OPTIONS]              of masks, and of vectors
+  noiseloom fastnoise SPACE DIST ...           a line of the published program of filter-adapted noise
+  noiseloom stbn-scalar [OPTIONS]              a line of the published maker of scalar blue noise
+  noiseloom stbn-vector [OPTIONS]              a line of the published maker of blue noise of vectors
 
   noiseloom COMMAND --help                     the options of a command
   noiseloom --help-config                      every setting of a config
