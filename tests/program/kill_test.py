@@ -129,7 +129,7 @@ class Kill(ProgramTest):
     def test_a_rank_that_is_stopped_ends_the_run_by_name(self):
         for victim in (1, 0):
             with self.subTest(victim):
-                process = self.under_way(3, 10_000_000, "--watchdog", "1s")
+                process = self.under_way(3, 10_000_000, "--watchdog", "2s")
                 ranks = {self.rank_of(pid): pid for pid in self.ranks_of(process)}
                 os.kill(ranks[victim], signal.SIGSTOP)
                 said = process.stderr.read()
@@ -145,11 +145,11 @@ class Kill(ProgramTest):
         return int(variables.get("OMPI_COMM_WORLD_RANK", variables.get("PMI_RANK", "-1")))
 
     def test_a_job_that_is_suspended_as_a_whole_goes_on(self):
-        process = self.under_way(2, 10_000_000, "--watchdog", "0.5s")
+        process = self.under_way(2, 10_000_000, "--watchdog", "2s")
         ranks = self.ranks_of(process)
         for pid in ranks:
             os.kill(pid, signal.SIGSTOP)
-        time.sleep(1.5)
+        time.sleep(4)
         for pid in ranks:
             os.kill(pid, signal.SIGCONT)
         time.sleep(1)

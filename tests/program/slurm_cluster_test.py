@@ -88,7 +88,7 @@ class SlurmCluster(ProgramTest):
         self.ends_well(job)
 
     def test_a_rank_that_is_stopped(self):
-        job = self.submit(*TWO_NODES, WATCHDOG="1s")
+        job = self.submit(*TWO_NODES, WATCHDOG="2s")
         ranks = job.hold("out.h5")
         os.kill(ranks[0], signal.SIGCONT)
         job.wait_for_requeue()
