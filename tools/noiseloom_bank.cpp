@@ -24,6 +24,7 @@
 #include "noiseloom_commands.h"
 #include "noiseloom_images.h"
 #include "noiseloom_options.h"
+#include "noiseloom_watchdog.h"
 
 namespace noiseloom {
 namespace {
@@ -40,6 +41,7 @@ struct BankOptions {
   int threads = 0;
   std::string time_limit;
   std::string checkpoint_every;
+  std::string watchdog = "auto";
   ResultOptions result;
 };
 
@@ -71,6 +73,7 @@ std::optional<int> read_bank_options(int argc, char** argv, bool prints, BankOpt
       ->check(CLI::Range(1, most_bank_threads));
   app.add_option("--time-limit", options.time_limit, "save and stop after this long (2h, 90m), exit 75");
   app.add_option("--checkpoint-every", options.checkpoint_every, "save members this often (default 10m)");
+  app.add_option("--watchdog", options.watchdog, watchdog_help);
   app.add_option("--worker", options.worker_threads)->group("");
   add_result_options(app, options.result, ShowsProgress::yes, "how many members there are, and how many are done");
   app.footer(
@@ -82,6 +85,7 @@ std::optional<int> read_bank_options(int argc, char** argv, bool prints, BankOpt
   if (options.resume && options.overwrite) {
     throw UserError("command line", "--resume and --overwrite exclude each other");
   }
+  options.request.watch = watch_settings_of(options.watchdog);
   options.request.time_limit_s = bank_seconds("--time-limit", options.time_limit, 0);
   options.request.checkpoint_every_s = bank_seconds("--checkpoint-every", options.checkpoint_every, 600);
   return std::nullopt;

@@ -13,6 +13,7 @@
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/stopwatch.h"
 #include "noiseloom/files/generations.h"
+#include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/generate.h"
 #include "noiseloom/run/stop_signals.h"
 #include "run/bank_index.h"
@@ -138,6 +139,20 @@ void remove_members(const Bank& bank, const std::string& folder) {
   if (ops.exists(index_path(folder))) ops.remove(index_path(folder));
 }
 
+// A worker that was killed when its member was done, but not yet let go of, leaves a lock file that nobody asks for
+// again.
+void remove_dead_locks(const Bank& bank, const BankIndex& index, const std::string& folder) {
+  constexpr LockTiming at_once{.beat = std::chrono::milliseconds(1), .silence = std::chrono::milliseconds(0)};
+  for (const BankMember& member : bank.members) {
+    const std::string path = member_path(folder, member.name);
+    if (!is_done(index, member) || !fs::exists(path + ".lock")) continue;
+    try {
+      const RunLock taken(path, {}, at_once);
+    } catch (const OutputHeld&) {  // in the moment before its holder lets go of it
+    }
+  }
+}
+
 }  // namespace
 
 void prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool overwrite) {
@@ -161,6 +176,7 @@ void prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool
                                                       member.name)});
   }
   throw_if_any(std::move(faults));
+  remove_dead_locks(bank, index, folder);
   update_index(bank, folder, "", {});
 }
 

@@ -104,6 +104,16 @@ std::unique_ptr<RunLock> lock_index(const std::string& path) {
   }
 }
 
+// What killed writers of the index left. Under its lock, so that nobody is at it.
+void remove_partial_indexes(const std::string& folder) {
+  std::vector<fs::path> left;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (entry->path().filename().string().starts_with(".index.partial-")) left.push_back(entry->path());
+  }
+  for (const fs::path& path : left) fs::remove(path, error);
+}
+
 }  // namespace
 
 std::string index_path(const std::string& folder) { return (fs::path(folder) / "index.csv").string(); }
@@ -145,6 +155,7 @@ bool is_done(const BankIndex& index, const BankMember& member) {
 bool update_index(const Bank& bank, const std::string& folder, const std::string& name, const IndexRow& row) {
   const std::string path = index_path(folder);
   const std::unique_ptr<RunLock> lock = lock_index(path);
+  remove_partial_indexes(folder);
   BankIndex index = read_index(bank, folder);
   const auto known_before = index.find(name);
   const bool is_news =
