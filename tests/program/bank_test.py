@@ -31,12 +31,17 @@ class Bank(ProgramTest):
     def bank(self, *arguments, **options):
         return self.run_program("bank", "bank.toml", "-o", "made", *arguments, **options)
 
-    def index(self, folder="made"):
+    def index(self, folder="made", after_kill=False):
+        """The rows of index.csv; index.json says the same, but for what a kill between the two renames left for later."""
         with open(self.folder / folder / "index.csv", newline="") as file:
             rows = list(csv.DictReader(file))
         named = json.loads((self.folder / folder / "index.json").read_text())
-        self.assertEqual([(row["name"], row["state"], row["checksum"]) for row in rows],
-                         [(row["name"], row["state"], row["checksum"]) for row in named])
+        of_csv, of_json = ([(row["name"], row["state"], row["checksum"]) for row in index
+                            if not after_kill or row["state"] == "done"] for index in (rows, named))
+        if after_kill:
+            self.assertLessEqual(set(of_json), set(of_csv))
+        else:
+            self.assertEqual(of_csv, of_json)
         return rows
 
     def checksums(self, folder="made"):
@@ -78,7 +83,7 @@ class Bank(ProgramTest):
             process.wait()
             if not (self.folder / "made" / "index.csv").exists():
                 continue
-            for row in self.index():
+            for row in self.index(after_kill=True):
                 path = self.folder / "made" / f"{row['name']}.h5"
                 if row["state"] != "done":
                     continue

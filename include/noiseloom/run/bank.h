@@ -3,7 +3,8 @@
 // Each member is a run file of its own, DIR/NAME.h5, made by generate() and so whole or not there. Whoever works on a
 // bank (groups of ranks, processes on one machine, jobs on others) shares nothing but the folder: each takes the next
 // member that is neither done nor held by the lock of its run file. DIR/index.csv and DIR/index.json say what is done;
-// they are written after the member, so that what they say is so whenever they are read.
+// they are written after the member, so that what they say is done is done whenever they are read. A kill may leave out
+// the last member, of index.json alone or of both, until the next --resume.
 #pragma once
 
 #include <cstdint>
