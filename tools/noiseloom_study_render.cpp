@@ -113,7 +113,8 @@ int run_render(const RenderArguments& arguments) {
   refuse_unfit_folder(arguments.folder);
   OutputFiles output(posix_file_ops(), arguments.overwrite);
   const auto in_folder = [&](const char* name) { return (fs::path(arguments.folder) / name).string(); };
-  output.check({in_folder("results.csv"), in_folder("curves.csv"), in_folder("plan.json"), in_folder("report.html")});
+  output.check({in_folder("results.csv"), in_folder("curves.csv"), in_folder("spectra.csv"), in_folder("plan.json"),
+                in_folder("report.html")});
   // Of pictures nobody knows before the end how they are called.
   for (const char* name : {"pictures", "page"}) {
     std::error_code absent;

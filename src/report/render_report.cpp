@@ -171,8 +171,7 @@ class Page {
     return result_.pictures[(effect * result_.noises.size() + noise) * result_.stages.size() + stage];
   }
   const ResultPicture& truth(std::size_t effect, std::size_t stage) const {
-    const std::size_t spaces = 1 + scene_.space.size();
-    return result_.truths[effect * spaces + stage % spaces];
+    return result_.truths[effect * result_.stages.size() + stage];
   }
 
   void add_pictures(std::size_t effect, const std::string& name, std::size_t stage) {
