@@ -38,11 +38,31 @@ class Level {
   }
 
   void run(int first, int last, Image& result, std::vector<float>& variance) const {
-    for (int y = first; y < last; ++y)
-      for (int x = 0; x < image_.width; ++x) filter_pixel(x, y, result, variance);
+    Row row(image_.width, reach_of_level * step_, channels_);
+    for (int y = first; y < last; ++y) filter_row(y, row, result, variance);
   }
 
  private:
+  // What a row of pixels adds up, and the row of taps that is added, with what lies beyond its ends.
+  struct Row {
+    Row(int width, int reach, int channels)
+        : scale(static_cast<std::size_t>(width)),
+          weights(scale.size()),
+          variances(scale.size()),
+          sums(static_cast<std::size_t>(channels), std::vector<float>(scale.size())),
+          tap_brightness(scale.size() + 2 * static_cast<std::size_t>(reach)),
+          tap_variance(tap_brightness.size()),
+          tap_values(static_cast<std::size_t>(channels), std::vector<float>(tap_brightness.size())) {}
+
+    std::vector<float> scale;  // of differences of brightness
+    std::vector<float> weights;
+    std::vector<float> variances;
+    std::vector<std::vector<float>> sums;  // [channel]
+    std::vector<float> tap_brightness;
+    std::vector<float> tap_variance;
+    std::vector<std::vector<float>> tap_values;
+  };
+
   std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(inside(y, image_.height, border_)) * static_cast<std::size_t>(image_.width) +
            static_cast<std::size_t>(inside(x, image_.width, border_));
@@ -57,33 +77,55 @@ class Level {
     return sum;
   }
 
-  void filter_pixel(int x, int y, Image& result, std::vector<float>& variance) const {
-    const std::size_t here = index(x, y);
-    const std::size_t pixels = image_.pixels();
-    const float scale =
-        1 / (static_cast<float>(filter_.luminance) * std::sqrt(variance_near(x, y)) + hair_of_brightness);
-    std::array<float, 3> sums{};
-    float weights = 0;
-    float variances = 0;
-    for (int dy = -reach_of_level; dy <= reach_of_level; ++dy)
+  void read_taps(int y, Row& row) const {
+    const int reach = reach_of_level * step_;
+    for (int x = -reach; x < image_.width + reach; ++x) {
+      const std::size_t tap = index(x, y);
+      const auto to = static_cast<std::size_t>(x + reach);
+      row.tap_brightness[to] = brightness_[tap];
+      row.tap_variance[to] = variance_[tap];
+      for (std::size_t c = 0; c < row.tap_values.size(); ++c)
+        row.tap_values[c][to] = image_.values[c * image_.pixels() + tap];
+    }
+  }
+
+  float edge(int x, int y, int tap_x, int tap_y) const {
+    if (hits_ == nullptr) return 1;
+    return static_cast<float>(
+        edge_weight(hits_->hits[index(x, y)], hits_->hits[index(tap_x, tap_y)], filter_, by_depth_, by_normal_));
+  }
+
+  void filter_row(int y, Row& row, Image& result, std::vector<float>& variance) const {
+    const auto width = static_cast<std::size_t>(image_.width);
+    const float* const middle = brightness_.data() + index(0, y);
+    for (int x = 0; x < image_.width; ++x)
+      row.scale[static_cast<std::size_t>(x)] =
+          1 / (static_cast<float>(filter_.luminance) * std::sqrt(variance_near(x, y)) + hair_of_brightness);
+    std::fill(row.weights.begin(), row.weights.end(), 0.0F);
+    std::fill(row.variances.begin(), row.variances.end(), 0.0F);
+    for (std::vector<float>& sums : row.sums) std::fill(sums.begin(), sums.end(), 0.0F);
+    for (int dy = -reach_of_level; dy <= reach_of_level; ++dy) {
+      read_taps(y + dy * step_, row);
       for (int dx = -reach_of_level; dx <= reach_of_level; ++dx) {
-        const std::size_t tap = index(x + dx * step_, y + dy * step_);
-        float weight = taps_of_level[static_cast<std::size_t>(dx + reach_of_level)] *
-                       taps_of_level[static_cast<std::size_t>(dy + reach_of_level)];
-        if (tap != here) {
-          weight *= exp_minus(std::fabs(brightness_[tap] - brightness_[here]) * scale);
-          if (hits_ != nullptr)
-            weight *=
-                static_cast<float>(edge_weight(hits_->hits[here], hits_->hits[tap], filter_, by_depth_, by_normal_));
+        const float kernel = taps_of_level[static_cast<std::size_t>(dx + reach_of_level)] *
+                             taps_of_level[static_cast<std::size_t>(dy + reach_of_level)];
+        const auto shift = static_cast<std::size_t>((dx + reach_of_level) * step_);
+        for (std::size_t x = 0; x < width; ++x) {
+          const std::size_t tap = x + shift;
+          const float weight = kernel * exp_minus(std::fabs(row.tap_brightness[tap] - middle[x]) * row.scale[x]) *
+                               edge(static_cast<int>(x), y, static_cast<int>(x) + dx * step_, y + dy * step_);
+          row.weights[x] += weight;
+          row.variances[x] += weight * weight * row.tap_variance[tap];
+          for (std::size_t c = 0; c < row.sums.size(); ++c) row.sums[c][x] += weight * row.tap_values[c][tap];
         }
-        weights += weight;
-        variances += weight * weight * variance_[tap];
-        for (int c = 0; c < channels_; ++c)
-          sums[static_cast<std::size_t>(c)] += weight * image_.values[static_cast<std::size_t>(c) * pixels + tap];
       }
-    for (int c = 0; c < channels_; ++c)
-      result.values[static_cast<std::size_t>(c) * pixels + here] = sums[static_cast<std::size_t>(c)] / weights;
-    variance[here] = variances / (weights * weights);
+    }
+    const std::size_t here = index(0, y);
+    for (std::size_t x = 0; x < width; ++x) {
+      for (std::size_t c = 0; c < row.sums.size(); ++c)
+        result.values[c * image_.pixels() + here + x] = row.sums[c][x] / row.weights[x];
+      variance[here + x] = row.variances[x] / (row.weights[x] * row.weights[x]);
+    }
   }
 
   const Image& image_;

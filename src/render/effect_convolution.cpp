@@ -127,6 +127,16 @@ const EffectCalls convolution_calls = {Effect::convolution,
                                        numbers_of_convolution,
                                        [](const Scene&) { return false; },
                                        estimate_image<ConvolutionEffect>,
-                                       truth_image<ConvolutionEffect>};
+                                       truth_image<ConvolutionEffect>,
+                                       nullptr,
+                                       [](const Scene& scene) {
+                                         // How large an image is only it says.
+                                         const bool is_known = scene.convolution.kernel != BlurKernel::image;
+                                         Counts counts{};
+                                         count_of(counts, Work::guided_taps) =
+                                             is_known ? std::int64_t{scene.convolution.size} * scene.convolution.size
+                                                      : 0;
+                                         return counts;
+                                       }};
 
 }  // namespace noiseloom::render

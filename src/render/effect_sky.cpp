@@ -84,8 +84,7 @@ struct SkyEffect : PlainEffect {
 void make_sky_pass(Shared& shared) { shared.sky.make(make_sky(shared.scene.sky)); }
 
 std::int64_t bytes_of_sky(const Scene&, std::span<const Noise>) {
-  constexpr std::int64_t cells = 64 * 16;
-  return cells * static_cast<std::int64_t>(sizeof(Vector) + 5 * sizeof(double));
+  return most_cells_of_sky * static_cast<std::int64_t>(sizeof(Vector) + 5 * sizeof(double));
 }
 
 const EffectCalls sky_calls = {Effect::sky,
@@ -93,6 +92,12 @@ const EffectCalls sky_calls = {Effect::sky,
                                numbers_of_sky,
                                [](const Scene&) { return false; },
                                estimate_image<SkyEffect>,
-                               truth_image<SkyEffect>};
+                               truth_image<SkyEffect>,
+                               nullptr,
+                               [](const Scene&) {
+                                 Counts counts{};
+                                 count_of(counts, Work::guided_taps) = most_cells_of_sky;
+                                 return counts;
+                               }};
 
 }  // namespace noiseloom::render

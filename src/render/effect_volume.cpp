@@ -110,6 +110,12 @@ struct RayMarchEffect : PlainEffect {
   int height;
 };
 
+Counts steps_of_march(std::int64_t number) {
+  Counts counts{};
+  count_of(counts, Work::march_steps) = number;
+  return counts;
+}
+
 // What both tend to with ever smaller steps.
 Image fine_march(const Shared& shared) {
   const Columns& columns = shared.columns.get(Data::columns, "truth");
@@ -152,7 +158,7 @@ const EffectCalls free_flight_calls = {Effect::free_flight,
                                        estimate_image<FreeFlightEffect>,
                                        truth_image<FreeFlightEffect>,
                                        fine_march,
-                                       [](const Scene&) { return std::int64_t{fine_steps}; }};
+                                       [](const Scene&) { return steps_of_march(fine_steps); }};
 
 const EffectCalls ray_march_calls = {Effect::ray_march,
                                      [](const Scene&) { return 1; },
@@ -164,8 +170,8 @@ const EffectCalls ray_march_calls = {Effect::ray_march,
                                      [](const Scene& scene) {
                                        const int nodes =
                                            scene.volume.density == Density::slab ? 2 : scene.volume.resolution;
-                                       const int steps = scene.ray_march.steps;
-                                       return std::int64_t{places_of_mean(nodes, steps)} * steps + fine_steps;
+                                       const int n = scene.ray_march.steps;
+                                       return steps_of_march(std::int64_t{places_of_mean(nodes, n)} * n + fine_steps);
                                      }};
 
 }  // namespace noiseloom::render

@@ -30,8 +30,8 @@ struct EffectCalls {
   void (*estimate)(Job&);
   Image (*truth)(const Shared&, int repeat);
   Image (*converged)(const Shared&) = nullptr;  // what finer steps tend to, where that is not the truth itself
-  // Steps of a march that a pixel takes for both of these.
-  std::int64_t (*steps_of_truth)(const Scene&) = nullptr;
+  // What a pixel takes for both of these beside the expectation.
+  Counts (*work_of_truth)(const Scene&) = nullptr;
 };
 const EffectCalls& calls_of(Effect effect);
 

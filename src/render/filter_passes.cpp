@@ -125,16 +125,14 @@ void filter(Job& job) {
     for (std::size_t k = 0; k < scene.space.size(); ++k)
       images.push_back(is_linear(scene.space[k]) ? filtered(job.shared, job.pass, image, k, job.rows)
                                                  : guided(job, image, time, scene.space[k]));
-    count_of(*job.counts, Work::taps) += static_cast<std::int64_t>(image.pixels()) * taps_of_all(scene, image.channels);
+    count_taps(scene, image.channels, 1, *job.counts);
   }
 }
 
 Counts work_of_filters(const Scene& scene, std::span<const Noise> noises) {
-  std::int64_t taps = 0;
-  for (const Effect effect : effects_of(scene)) taps += taps_of_all(scene, planes_of(scene, effect));
   Counts counts{};
-  count_of(counts, Work::taps) =
-      pixels_of(scene) * taps * times_of(scene) * num_measured(scene) * scene.repeats * std::ssize(noises);
+  const std::int64_t pictures = times_of(scene) * num_measured(scene) * scene.repeats * std::ssize(noises);
+  for (const Effect effect : effects_of(scene)) count_taps(scene, planes_of(scene, effect), pictures, counts);
   return counts;
 }
 

@@ -101,6 +101,17 @@ double share_unseen(const Job& job) {
   return static_cast<double>(std::count(seen.begin(), seen.end(), 0)) / static_cast<double>(seen.size());
 }
 
+// Of pictures of so many channels.
+void count_measures(const Scene& scene, std::int64_t channels, std::int64_t pictures, Counts& counts) {
+  const std::vector<Metric> metrics = metrics_of(scene);
+  const std::int64_t values = pixels_of(scene) * pictures;
+  count_of(counts, Work::differences) += values * channels;
+  for (const Metric metric : metrics) {
+    if (metric == Metric::ssim) count_of(counts, Work::taps) += values * 5 * 2 * 11;  // five pictures, filtered
+    if (metric == Metric::low) count_of(counts, Work::transformed_values) += values * channels;
+  }
+}
+
 void measure_stage(Job& job, std::size_t stage, std::span<double> errors) {
   const std::vector<Metric> metrics = metrics_of(job.scene());
   const auto per_metric = job.shared.stages.size() * static_cast<std::size_t>(job.scene().frames);
@@ -209,14 +220,15 @@ void measure(Job& job) {
   std::vector<double>& errors = job.errors.get(Data::errors, job.pass);
   for (std::size_t stage = 0; stage < job.shared.stages.size(); ++stage) {
     measure_stage(job, stage, errors);
-    count_of(*job.counts, Work::differences) += pixels_of(scene) * job.channels();
+    count_measures(scene, job.channels(), 1, *job.counts);
   }
 }
 
 Counts work_of_errors(const Scene& scene, std::span<const Noise> noises) {
   Counts counts{};
-  count_of(counts, Work::differences) = pixels_of(scene) * channels_of_all(scene) * std::ssize(stages_of(scene)) *
-                                        num_measured(scene) * scene.repeats * std::ssize(noises);
+  const std::int64_t pictures = std::ssize(stages_of(scene)) * num_measured(scene) * scene.repeats * std::ssize(noises);
+  for (const Effect effect : effects_of(scene))
+    count_measures(scene, calls_of(effect).channels(scene), pictures, counts);
   return counts;
 }
 
@@ -272,15 +284,15 @@ void stack(Job& job) {
   if (job.frame != scene.frames - 1) return;
   for (std::size_t time = 0; time < times; ++time) {
     job.spectra.push_back(error_spectrum(stacks[time], time > 0));
-    count_of(*job.counts, Work::transforms) += (scene.height + scene.frames) * job.channels();
+    count_of(*job.counts, Work::transformed_values) += 2 * pixels_of(scene) * scene.frames * job.channels();
   }
   stacks.clear();
 }
 
 Counts work_of_spectra(const Scene& scene, std::span<const Noise> noises) {
   Counts counts{};
-  count_of(counts, Work::transforms) =
-      (scene.height + scene.frames) * channels_of_all(scene) * times_of(scene) * std::ssize(noises);
+  count_of(counts, Work::transformed_values) =
+      2 * pixels_of(scene) * scene.frames * channels_of_all(scene) * times_of(scene) * std::ssize(noises);
   return counts;
 }
 

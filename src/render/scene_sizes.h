@@ -36,17 +36,18 @@ inline bool is_guided_by_variance(const Scene& scene) {
   return std::any_of(scene.space.begin(), scene.space.end(), [](const auto& filter) { return !is_linear(filter); });
 }
 
-// Of a filter over space, for a pixel, and for each plane of it where the filter is linear.
+// Of a linear filter over space, for a pixel of each plane.
 inline std::int64_t taps_of_filter(const SpaceFilterSpec& filter) {
-  if (!is_linear(filter)) return a_trous_taps(filter);
   const std::int64_t across = std::ssize(taps_of(filter));
   return filter.edges.empty() ? 2 * across : across * across;
 }
-// Of all of them, over a picture of so many planes.
-inline std::int64_t taps_of_all(const Scene& scene, std::int64_t planes) {
-  std::int64_t taps = 0;
-  for (const SpaceFilterSpec& filter : scene.space) taps += taps_of_filter(filter) * (is_linear(filter) ? planes : 1);
-  return taps;
+// Of all filters over space, over a picture of so many planes.
+inline void count_taps(const Scene& scene, std::int64_t planes, std::int64_t pictures, Counts& counts) {
+  for (const SpaceFilterSpec& filter : scene.space) {
+    const bool linear = is_linear(filter);
+    count_of(counts, linear ? Work::taps : Work::guided_taps) +=
+        pixels_of(scene) * pictures * (linear ? taps_of_filter(filter) * planes : a_trous_taps(filter));
+  }
 }
 
 // A picture of the effect that has most planes.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "noiseloom/render/scene.h"
@@ -12,6 +13,8 @@ namespace noiseloom::render {
 
 // The upper half of an equirectangular image, y up, in at most 64 x 16 cells: column b and row a look along
 // (sin a cos b, cos a, sin a sin b). Radiance is scaled so that an open plane is of the brightness 0.8.
+inline constexpr std::int64_t most_cells_of_sky = 64 * 16;
+
 struct SkyLight {
   MassTable cells;                           // by their brightness times their solid angle
   int fine_width = 1;                        // of the image: its texels are those of cells, not what cuts these

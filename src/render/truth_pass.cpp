@@ -45,6 +45,12 @@ std::int64_t images_of(const Scene& scene, Effect effect) {
   return calls_of(effect).truth_changes_with_repeat(scene) ? scene.repeats : 1;
 }
 
+void add_work(const EffectCalls& calls, const Scene& scene, std::int64_t images, Counts& counts) {
+  if (calls.work_of_truth == nullptr) return;
+  const Counts of_pixel = calls.work_of_truth(scene);
+  for (std::size_t i = 0; i < counts.size(); ++i) counts[i] += of_pixel[i] * pixels_of(scene) * images;
+}
+
 std::int64_t taps_of_linear(const Scene& scene, std::int64_t channels) {
   std::int64_t taps = 0;
   for (const SpaceFilterSpec& filter : scene.space) taps += is_linear(filter) ? channels * taps_of_filter(filter) : 0;
@@ -63,8 +69,7 @@ void make_truth(Shared& shared) {
       truths.push_back(filtered_truth(shared, effect, calls.truth(shared, repeat)));
       count_of(*shared.counts, Work::expectations) += pixels_of(scene);
       count_of(*shared.counts, Work::taps) += pixels_of(scene) * taps_of_linear(scene, calls.channels(scene));
-      if (calls.steps_of_truth != nullptr)
-        count_of(*shared.counts, Work::march_steps) += pixels_of(scene) * calls.steps_of_truth(scene);
+      add_work(calls, scene, 1, *shared.counts);
     }
     if (truths.empty()) truths.push_back(truth_elsewhere(scene));
     all.push_back(std::move(truths));
@@ -78,7 +83,7 @@ Counts work_of_truth(const Scene& scene, std::span<const Noise>) {
     const std::int64_t pixels = pixels_of(scene) * images_of(scene, effect);
     count_of(counts, Work::expectations) += pixels;
     count_of(counts, Work::taps) += pixels * taps_of_linear(scene, calls.channels(scene));
-    if (calls.steps_of_truth != nullptr) count_of(counts, Work::march_steps) += pixels * calls.steps_of_truth(scene);
+    add_work(calls, scene, images_of(scene, effect), counts);
   }
   return counts;
 }

@@ -75,10 +75,11 @@ enum class Work : std::uint8_t {
   averages,
   history_reads,
   taps,
+  guided_taps,  // of filters that weigh each tap anew
   differences,
-  transforms
+  transformed_values  // by Fourier transforms
 };
-inline constexpr int num_work = 13;
+inline constexpr int num_work = 14;
 std::string_view name_of(Work work);
 using Counts = std::array<std::int64_t, num_work>;
 constexpr std::int64_t& count_of(Counts& counts, Work work) { return counts[static_cast<std::size_t>(work)]; }
