@@ -9,6 +9,7 @@
 #include <algorithm>
 
 #include "noiseloom/core/error.h"
+#include "noiseloom/samples/space.h"
 #include "render/effect-inl.h"
 #include "render/effect_list.h"
 #include "render/kernel.h"
@@ -20,7 +21,9 @@ namespace {
 bool holds_points(const ConvolutionSpec& spec, const Noise& noise) {
   if (!has_texture(noise.spec.kind)) return false;
   if (spec.kernel == BlurKernel::image) return noise.samples.is_image() && noise.samples.onto == ImageDomain::square;
-  return noise.samples.space == space_of_kernel(spec.kernel) && noise.samples.parameters.empty();
+  if (noise.samples.space != space_of_kernel(spec.kernel)) return false;
+  const std::vector<double>& parameters = noise.samples.parameters;
+  return parameters.empty() || parameters == initial_parameters(find_sample_space(noise.samples.space)->traits());
 }
 
 int numbers_of_convolution(const Scene& scene, const Noise& noise) {
