@@ -114,6 +114,7 @@ int run_plan(const render::Scene& scene) {
   std::vector<render::Noise> noises;
   for (const render::NoiseSpec& spec : scene.noises) noises.push_back(render::describe_noise(spec));
   fmt::print("{}", render::plan_text(render::plan_passes(render::all_passes(), scene, noises)));
+  for (const std::string& note : render::notes_of_reading(scene, noises)) fmt::print("note: {}\n", note);
   return 0;
 }
 
@@ -138,6 +139,9 @@ int run_render(const RenderArguments& arguments) {
     }
   }
   const std::vector<render::Noise> noises = open_noises(scene, arguments);
+  if (!arguments.result.quiet)
+    for (const std::string& note : render::notes_of_reading(scene, noises))
+      print_error(fmt::format("note: {}\n", note));
   ThreadPool pool(arguments.threads > 0 ? arguments.threads : num_available_processors());
   const render::Result result = render::render(scene, noises, pool);
   const std::vector<render::ExpectationResult> expectations = render::check_expectations(scene, result);

@@ -1,6 +1,7 @@
 // A filter "with holes" that is guided by the variance of what it filters, as in SVGF [Schied17]: levels of 5 x 5 taps
 // that are 1, 2, 4, ... pixels apart, each weighed by how far its brightness lies from that of the middle, in standard
-// deviations of the noise, and by edges of surfaces.
+// deviations of the noise, and by edges of surfaces. Behind an average over time the variance is what that leaves of
+// it; SVGF takes that of single frames, four to five times the deviation, and blurs the more.
 //
 // It is not linear: what it does to the mean of a picture is part of the errors behind it, and its truth is the
 // unfiltered one.

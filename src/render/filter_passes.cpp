@@ -92,16 +92,29 @@ namespace {
 // Frames that a history must have before its own variance says more than that among neighbours.
 constexpr int long_history = 4;
 
+// What an average of `length` frames leaves of the variance of independent ones, for lengths up to `most`.
+std::vector<float> variances_left(const TimeFilterSpec& time, const std::string& kernel, std::int64_t most) {
+  std::vector<float> left = {1};
+  for (std::int64_t length = 1; length <= most; ++length) {
+    const double weight = weight_of_frame(time, kernel, length);
+    left.push_back(
+        static_cast<float>(weight * weight + (1 - weight) * (1 - weight) * static_cast<double>(left.back())));
+  }
+  return left;
+}
+
+// Of the noise that is left in a picture, pixel by pixel.
 std::vector<float> variance_of(const Job& job, const Image& image, std::size_t time) {
   const std::vector<float> brightness = brightness_of(image, job.channels());
   std::vector<float> around = variance_around(brightness, image.width, image.height, job.scene().border, job.rows);
   if (time == 0) return around;
   const Averages& averages = job.accumulated.get(Data::accumulated, job.pass);
   const std::vector<float>& squares = averages.squares[time - 1];
+  const std::vector<float> left = variances_left(job.scene().time, job.scene().time.kernels[time - 1], job.frame + 1);
   for (std::size_t i = 0; i < around.size(); ++i) {
     const std::int64_t length = averages.lengths.empty() ? job.frame + 1 : averages.lengths[i];
     if (length < long_history) continue;
-    around[i] = std::max(0.0F, squares[i] - brightness[i] * brightness[i]);
+    around[i] = std::max(0.0F, squares[i] - brightness[i] * brightness[i]) * left[static_cast<std::size_t>(length)];
   }
   return around;
 }

@@ -139,6 +139,19 @@ void run_jobs(const Shared& shared, Result& result, ThreadPool& pool) {
 
 }  // namespace
 
+std::vector<std::string> notes_of_reading(const Scene& scene, const std::vector<Noise>& noises) {
+  std::vector<std::string> notes;
+  if (!scene.occlusion.on) return notes;
+  for (const Noise& noise : noises) {
+    const Directions kind = noise.directions();
+    if (kind == Directions::none || scene.occlusion.uniform != (kind == Directions::cosine)) continue;
+    notes.push_back(fmt::format("noise \"{}\": its directions are bent to {}, as all noises of the scene are read",
+                                noise.spec.name,
+                                scene.occlusion.uniform ? "equal density" : "the density of the cosine"));
+  }
+  return notes;
+}
+
 Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& pool) {
   return render(scene, noises, pool, all_passes());
 }

@@ -96,9 +96,9 @@ class RenderTest(support.ProgramTest):
         for damaged in (whole[:len(whole) // 2], whole[:3000] + bytes(2000) + whole[5000:], b""):
             kept.write_bytes(damaged)
             done = self.run_program("render", scene, "-o", "out", "--overwrite")
-            self.assertRegex(done.stdout, r"note: noise \"blue-2d\": .*was damaged and is made anew")
+            self.assertRegex(done.stderr, r"note: noise \"blue-2d\": .*was damaged and is made anew")
             self.assertEqual((self.folder / "out/results.csv").read_bytes(), results)
-        self.assertNotIn("damaged", self.run_program("render", scene, "-o", "out", "--overwrite").stdout)
+        self.assertNotIn("damaged", self.run_program("render", scene, "-o", "out", "--overwrite").stderr)
 
     def test_kernels_and_maps_of_images_are_read_and_wrong_ones_refused(self):
         numpy.save(self.folder / "kernel.npy", numpy.array([[0, 1, 0], [2, 4, 0]], dtype="float32"))

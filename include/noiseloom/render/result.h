@@ -85,6 +85,10 @@ struct Result {
   std::size_t place(std::size_t effect, std::size_t noise, int repeat, std::size_t stage, int frame) const;
 };
 
+// What is done to noises so that the effects can use them, a sentence each: directions that are bent to another
+// density.
+std::vector<std::string> notes_of_reading(const Scene& scene, const std::vector<Noise>& noises);
+
 // Renders the scene with noises that were opened. Throws UserError where an effect cannot use one of them.
 Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& pool);
 // The same with another table of passes.
