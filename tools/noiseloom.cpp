@@ -53,7 +53,8 @@ A first texture:
 
 Exit status: 0 done; 1 the environment failed (disk, MPI); 2 the input is wrong (nothing was started); 3 what a
 scene expects did not come out, or verify found something wrong; 75 stopped early with everything saved: run the same
-command again, generate and accuracy with --resume.
+command again, generate and accuracy with --resume; 76 a rank was lost or stuck: run it again with --resume, what was
+saved last is whole.
 )";
 
 const std::vector<std::string>& study_commands() {

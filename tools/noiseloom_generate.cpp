@@ -30,6 +30,7 @@ struct Words {
   std::string time_limit;
   std::string checkpoint_every;
   std::string threads;
+  std::string watchdog = "auto";
   ResultOptions result;
 };
 
@@ -39,6 +40,21 @@ double seconds_of(const std::string& option, const std::string& text) {
     throw UserError("command line", fmt::format("{} {}: not a duration; accepted: 30s, 10m, 2h, 1h30m", option, text));
   }
   return *seconds;
+}
+
+// Steps are looked at as soon as any has been made, and none may then take longer than what the user says.
+WatchSettings watch_settings_of(const std::string& text) {
+  WatchSettings settings;
+  if (text == "auto") return settings;
+  settings.is_on = text != "off";
+  if (!settings.is_on) return settings;
+  const std::optional<double> seconds = parse_duration(text);
+  if (!seconds || *seconds <= 0) {
+    throw UserError("command line", fmt::format("--watchdog {}: accepted: auto, off, or a duration (30s, 10m)", text));
+  }
+  settings.silence_s = *seconds;
+  settings.stuck_s = *seconds;
+  return settings;
 }
 
 int threads_of(const std::string& text) {
@@ -64,6 +80,9 @@ void describe_options(CLI::App& app, GenerateRequest& request, Words& words) {
   app.add_option("--checkpoint-every", words.checkpoint_every, "save this often (default 10m)");
   app.add_option("--threads", words.threads,
                  "threads of each rank (default: the node's processors shared by its ranks)");
+  app.add_option("--watchdog", words.watchdog,
+                 "end with exit status 76 when a rank is not heard of, or no rank makes a step, for this long (30s, "
+                 "10m); off; auto (default): 2 minutes without a word, half an hour or 100 usual steps without a step");
   add_result_options(app, words.result, ShowsProgress::yes);
   app.footer(
       "Under MPI: mpirun -n 4 noiseloom generate CONFIG -o RUN.h5. A signal (USR1, USR2, TERM, INT, HUP, XCPU) or a "
@@ -86,6 +105,7 @@ std::optional<int> read_command_line(int argc, char** argv, bool is_root, Genera
   if (!words.checkpoint_every.empty()) {
     request.loop.checkpoint_every_s = seconds_of("--checkpoint-every", words.checkpoint_every);
   }
+  request.watch = watch_settings_of(words.watchdog);
   if (!words.threads.empty()) request.threads = threads_of(words.threads);
   if (request.resume && request.overwrite) {
     throw UserError("command line", "--resume and --overwrite exclude each other");

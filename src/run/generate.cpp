@@ -13,6 +13,7 @@
 
 #include "noiseloom/config/config.h"
 #include "noiseloom/config/inputs.h"
+#include "noiseloom/core/console.h"
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/core/quantity_text.h"
 #include "noiseloom/files/output_probe.h"
@@ -74,6 +75,7 @@ class Generation {
   std::string stored_checksum_;  // of the run that was resumed
   double earlier_s_ = 0;         // that the earlier parts of the run took
   std::int64_t parts_ = 1;
+  std::string run_;            // drawn when it began, the same in all its parts
   std::string config_folder_;  // absolute, as it was at the start: the working folder may go away
 };
 
@@ -113,6 +115,7 @@ void Generation::claim_output() {
       progress_.warn(mismatch);
     }
     remove_stale_temporaries(posix_file_ops(), path);
+    run_ = lock_->number();
     if (request_.resume) {
       saved_ = open_saved_run(path, progress_);
       if (!saved_.reader) return;
@@ -150,6 +153,9 @@ void Generation::read_provenance() {
     const auto* count = std::get_if<std::int64_t>(&parts->second);
     constexpr std::int64_t most_parts = 1'000'000'000;
     if (count != nullptr && *count >= 0 && *count < most_parts) parts_ = 1 + *count;
+  }
+  if (const auto run = provenance.find("run"); run != provenance.end()) {
+    if (const auto* known = std::get_if<std::string>(&run->second)) run_ = *known;
   }
   if (const auto seconds = provenance.find("seconds_total"); seconds != provenance.end()) {
     const auto* earlier = std::get_if<double>(&seconds->second);
@@ -213,6 +219,8 @@ std::map<std::string, Attribute> Generation::provenance() const {
           {"ranks", std::int64_t{communicator_.size()}},
           {"threads", std::int64_t{threads_}},
           {"parts", parts_},
+          {"run", run_},
+          {"incarnation", lock_ ? lock_->number() : ""},
           {"seconds_total", run_s()}};
 }
 
@@ -284,6 +292,9 @@ std::vector<std::pair<std::string, std::string>> Generation::summary(const std::
 }
 
 GenerateResult Generation::run() {
+  const Watchdog watchdog(
+      communicator_, request_.watch, [this](const std::string& line) { progress_.warn(line); },
+      [](const std::string& words) { print_error(fmt::format("noiseloom generate: {}\n", words)); });
   load();
   claim_output();
   take_inputs();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "noiseloom/dist/communicator.h"
+#include "noiseloom/dist/watchdog.h"
 #include "noiseloom/run/loop.h"
 #include "noiseloom/run/progress.h"
 
@@ -20,6 +21,7 @@ struct GenerateRequest {
   bool overwrite = false;              // replace the output if it is there; not with resume
   int threads = 0;                     // of each rank; 0: the node's processors shared by its ranks
   LoopSettings loop;
+  WatchSettings watch;
 };
 
 struct GenerateResult {
@@ -30,7 +32,7 @@ struct GenerateResult {
 
 // `progress` is silent on all ranks but 0. Throws SharedUserError, SharedEnvironmentError and OutputLost (another
 // run has taken the output) on every rank; anything else that is thrown is the trouble of one rank alone, and the
-// caller must abort all. *Collective*
+// caller must abort all. Where a rank is lost, the process ends with exit_lost_rank (dist/watchdog.h). *Collective*
 GenerateResult generate(const GenerateRequest& request, const Communicator& communicator, Progress& progress);
 
 }  // namespace noiseloom
