@@ -54,8 +54,9 @@ A first texture:
   noiseloom generate configs/quick.toml -o quick.h5 && noiseloom export quick.h5 -o quick
 
 Exit status: 0 done; 1 the environment failed (disk, MPI); 2 the input is wrong (nothing was started); 3 what a
-scene expects did not come out, or verify found something wrong; 75 stopped early with everything saved: run the same command again with --resume;
-76 a rank was lost or stuck: run it again with --resume, what was saved last is whole.
+scene expects did not come out, or verify found something wrong; 75 stopped early with everything saved: run the same
+command again, generate and accuracy with --resume; 76 a rank was lost or stuck: run it again with --resume, what was
+saved last is whole.
 )";
 
 const std::vector<std::string>& study_commands() {

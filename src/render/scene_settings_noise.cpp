@@ -100,6 +100,11 @@ std::vector<Setting> rows_of_noises() {
        .field = [](NoiseSpec& n) -> Field { return &n.seed; },
        .range = at_least(0),
        .when = with_kind("white blue-2d blue-3d golden-ratio sobol-owen sobol-rotated")},
+      {.key = "noise[].importance",
+       .type = Type::boolean,
+       .sentence = "Whether convolution and sky bend its numbers to where the kernel or the light is; else they are "
+                   "spread evenly, and what is found is weighed. Textures that hold such points are taken as they are.",
+       .field = [](NoiseSpec& n) -> Field { return &n.importance; }},
   };
 }
 

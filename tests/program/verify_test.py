@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import re
 import unittest
 
 import support
@@ -87,7 +88,7 @@ class VerifyTest(support.ProgramTest):
         result = json.loads(done.stdout)
         self.assertEqual(result["sound"], done.returncode == 0)
         self.assertEqual(result["sound"], not result["faults"])
-        self.taken_for = result["taken_for"]
+        self.result = result
         self.words = " ".join(fault["text"] for fault in result["faults"])
         return [fault["kind"] for fault in result["faults"]]
 
@@ -194,6 +195,12 @@ class VerifyTest(support.ProgramTest):
         self.assertEqual(self.faults(values[:, :41]), ["border"])
         values = self.values("mask-2d").reshape(1, 64, 64, 1)
         self.assertEqual(self.faults(values[:, :, :53]), ["border"])
+        # One slice, made for a box: a Gauss sees no border of it, a box does.
+        values = self.values("uniform-box").reshape(1, 128, 128, 1)
+        self.assertEqual(self.faults(values), [])
+        self.assertEqual(self.faults(values[:, :, :113]), ["border"])
+        self.assertIn("a box of 5 leaves", self.words)
+        self.assertEqual(self.faults(values[:, 11:]), ["border"])
         tiled = numpy.tile(self.values("mask-2d").reshape(1, 64, 64, 1), (1, 2, 2, 1))
         self.assertIn("repeats-inside", self.faults(tiled))
 
@@ -206,7 +213,28 @@ class VerifyTest(support.ProgramTest):
             slices.append(numpy.roll(slices[0], tuple(random.integers(0, 64, 2)), (-3, -2)))
         stack = numpy.concatenate([s.reshape(1, 64, 64, 1) for s in slices])
         self.assertEqual(self.faults(stack), [])
+        self.assertRegex(self.remark("time"), r"t is white: .* power .*, and an exponential average .* leaves")
         self.assertEqual(self.faults(stack, name="stbn_scalar_2Dx1D_64x64x16.npy"), ["white-in-time"])
+        # A third of one slice is opposite to the slice before it: too little to be sure of, too much to be called a fault.
+        hardly = stack.copy()
+        opposite = random.random(hardly[5].shape) < 0.35
+        hardly[5] = numpy.where(opposite, 1 - hardly[4], hardly[5])
+        self.assertEqual(self.faults(hardly, name="stbn_scalar_2Dx1D_64x64x16.npy"), [])
+        self.assertIn("t is white, or hardly blue", self.remark("time"))
+
+    def test_what_is_said_of_time_is_what_it_was_decided_by(self):
+        self.assertEqual(self.faults(self.values("mask")), [])
+        said = re.fullmatch(r"t is blue: the lower quarter of its frequencies has the power ([\d.]+) \(white noise: within "
+                            r"([\d.]+) of 1\)", self.remark("time"))
+        self.assertLess(float(said[1]), 1 - float(said[2]))
+        self.assertEqual(self.faults(self.values("uniform-product")), [])
+        said = re.fullmatch(r"t is blue where a Gauss looks: .* leaves ([\d.]+) times .* no less than ([\d.]+)\)",
+                            self.remark("time"))
+        self.assertLess(float(said[1]), float(said[2]))
+
+    def remark(self, kind):
+        (text,) = [remark["text"] for remark in self.result["remarks"] if remark["kind"] == kind]
+        return text
 
     def test_a_pattern_that_is_seen(self):
         values = self.values("uniform-box").reshape(128, 128)
