@@ -34,9 +34,8 @@ bool seems_held(const std::string& path) {
 // The work of one group of ranks. Its first rank decides.
 class Group {
  public:
-  Group(const Bank& bank, const BankRequest& request, const Communicator& ranks, const SayMember& say,
-        const std::function<void(const std::string&)>& warn)
-      : bank_(bank), request_(request), ranks_(ranks), say_(say), warn_(warn) {}
+  Group(const Bank& bank, const BankRequest& request, const Communicator& ranks, const SayMember& say)
+      : bank_(bank), request_(request), ranks_(ranks), say_(say) {}
 
   BankResult work();
 
@@ -51,7 +50,6 @@ class Group {
   const BankRequest& request_;
   const Communicator& ranks_;
   const SayMember& say_;
-  const std::function<void(const std::string&)>& warn_;
   const Stopwatch watch_;
   std::set<std::string> refused_;  // held by others when they were tried
 };
@@ -188,7 +186,7 @@ BankResult work_on_bank(const Bank& bank, const BankRequest& request, const Comm
   BankResult result;
   std::exception_ptr failure;
   try {
-    result = Group(bank, request, group, say, warn).work();
+    result = Group(bank, request, group, say).work();
   } catch (...) {
     failure = std::current_exception();
     if (group.is_root() && group.size() < communicator.size())
