@@ -13,6 +13,8 @@
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/stopwatch.h"
 #include "noiseloom/files/generations.h"
+#include "noiseloom/files/output_files.h"
+#include "noiseloom/files/pack.h"
 #include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/generate.h"
 #include "noiseloom/run/stop_signals.h"
@@ -198,6 +200,16 @@ BankResult work_on_bank(const Bank& bank, const BankRequest& request, const Comm
   result.made = made;
   result.stopped = communicator.any_bits(result.stopped ? 1U : 0U) != 0;
   return result;
+}
+
+void pack_bank(const Bank& bank, const std::string& folder, const std::string& path) {
+  std::vector<PackMember> members;
+  for (const BankMember& member : bank.members) {
+    members.push_back({member.name, member_path(folder, member.name), member.values});
+  }
+  OutputFiles files(posix_file_ops(), true);
+  pack_run_files(files.add(path), members, bank.keys);
+  files.commit();
 }
 
 std::pair<std::int64_t, std::int64_t> count_done(const Bank& bank, const std::string& folder) {
