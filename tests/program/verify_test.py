@@ -215,6 +215,12 @@ class VerifyTest(support.ProgramTest):
         self.assertEqual(self.faults(stack), [])
         self.assertRegex(self.remark("time"), r"t is white: .* power .*, and an exponential average .* leaves")
         self.assertEqual(self.faults(stack, name="stbn_scalar_2Dx1D_64x64x16.npy"), ["white-in-time"])
+        # A third of one slice is opposite to the slice before it: too little to be sure of, too much to be called a fault.
+        hardly = stack.copy()
+        opposite = random.random(hardly[5].shape) < 0.35
+        hardly[5] = numpy.where(opposite, 1 - hardly[4], hardly[5])
+        self.assertEqual(self.faults(hardly, name="stbn_scalar_2Dx1D_64x64x16.npy"), [])
+        self.assertIn("t is white, or hardly blue", self.remark("time"))
 
     def test_what_is_said_of_time_is_what_it_was_decided_by(self):
         self.assertEqual(self.faults(self.values("mask")), [])
