@@ -19,6 +19,7 @@
 #include "noiseloom_commands.h"
 #include "noiseloom_images.h"
 #include "noiseloom_options.h"
+#include "noiseloom_watchdog.h"
 
 namespace noiseloom {
 namespace {
@@ -40,21 +41,6 @@ double seconds_of(const std::string& option, const std::string& text) {
     throw UserError("command line", fmt::format("{} {}: not a duration; accepted: 30s, 10m, 2h, 1h30m", option, text));
   }
   return *seconds;
-}
-
-// Steps are looked at as soon as any has been made, and none may then take longer than what the user says.
-WatchSettings watch_settings_of(const std::string& text) {
-  WatchSettings settings;
-  if (text == "auto") return settings;
-  settings.is_on = text != "off";
-  if (!settings.is_on) return settings;
-  const std::optional<double> seconds = parse_duration(text);
-  if (!seconds || *seconds <= 0) {
-    throw UserError("command line", fmt::format("--watchdog {}: accepted: auto, off, or a duration (30s, 10m)", text));
-  }
-  settings.silence_s = *seconds;
-  settings.stuck_s = *seconds;
-  return settings;
 }
 
 int threads_of(const std::string& text) {
@@ -80,9 +66,7 @@ void describe_options(CLI::App& app, GenerateRequest& request, Words& words) {
   app.add_option("--checkpoint-every", words.checkpoint_every, "save this often (default 10m)");
   app.add_option("--threads", words.threads,
                  "threads of each rank (default: the node's processors shared by its ranks)");
-  app.add_option("--watchdog", words.watchdog,
-                 "end with exit status 76 when a rank is not heard of, or no rank makes a step, for this long (30s, "
-                 "10m); off; auto (default): 2 minutes without a word, half an hour or 100 usual steps without a step");
+  app.add_option("--watchdog", words.watchdog, watchdog_help);
   add_result_options(app, words.result, ShowsProgress::yes);
   app.footer(
       "Under MPI: mpirun -n 4 noiseloom generate CONFIG -o RUN.h5. A signal (USR1, USR2, TERM, INT, HUP, XCPU) or a "

@@ -127,6 +127,12 @@ Communicator Communicator::self() {
   return Communicator(std::move(impl));
 }
 
+Communicator Communicator::group_of(int size) const {
+  auto impl = std::make_unique<Impl>();
+  check_mpi(MPI_Comm_split(impl_->comm, impl_->rank / size, impl_->rank, &impl->comm), "MPI_Comm_split");
+  return Communicator(std::move(impl));
+}
+
 Rank Communicator::rank() const { return Rank(impl_->rank); }
 int Communicator::size() const { return impl_->size; }
 

@@ -198,7 +198,7 @@ bool RunLock::Impl::try_to_hold(const std::function<void(const std::string&)>& s
   if (holder == Holder::superseded && ends_in_time(theirs, say)) return false;
   if (holder == Holder::alive) {
     const std::string who = theirs.holder.empty() ? "a run that has just started" : theirs.holder;
-    throw UserError(path, "another run is writing it: " + who + "; wait for it or stop it first");
+    throw OutputHeld(path, "another run is writing it: " + who + "; wait for it or stop it first");
   }
   // A lock that the server keeps for a dead node lies on the file: a new file has none.
   if (lock == SystemLock::held) {

@@ -45,7 +45,7 @@ class Generation {
 
  private:
   void load();
-  void claim_output();
+  bool claim_output();
   void take_inputs();
   void read_provenance();
   void probe() const;
@@ -107,10 +107,18 @@ void Generation::load() {
   communicator_.together([&] { config_ = parse_config(text, request_.config, folder, {}, MissingFiles::accepted); });
 }
 
-void Generation::claim_output() {
+// False where another run holds it and that is to be no fault.
+bool Generation::claim_output() {
+  bool held = false;
   communicator_.on_root([&] {
     const std::string& path = request_.output;
-    lock_ = lock_output(path, communicator_.size(), progress_);
+    try {
+      lock_ = lock_output(path, communicator_.size(), progress_);
+    } catch (const OutputHeld&) {
+      held = request_.skip_if_held;
+      if (held) return;
+      throw;
+    }
     if (const std::string mismatch = launcher_mismatch(communicator_.size()); !mismatch.empty()) {
       progress_.warn(mismatch);
     }
@@ -125,7 +133,10 @@ void Generation::claim_output() {
       refuse_existing_output(path);
     }
   });
-  resumed_ = communicator_.any_bits(saved_.reader ? 1U : 0U) != 0;
+  constexpr std::uint32_t held_bit = 2;
+  const std::uint32_t bits = communicator_.any_bits((saved_.reader ? 1U : 0U) | (held ? held_bit : 0U));
+  resumed_ = (bits & 1U) != 0;
+  return (bits & held_bit) == 0;
 }
 
 // The files that the config names, as all ranks work from them; then the job, which checks them.
@@ -296,7 +307,11 @@ GenerateResult Generation::run() {
       communicator_, request_.watch, [this](const std::string& line) { progress_.warn(line); },
       [](const std::string& words) { print_error(fmt::format("noiseloom generate: {}\n", words)); });
   load();
-  claim_output();
+  if (!claim_output()) {
+    GenerateResult result;
+    result.held = true;
+    return result;
+  }
   take_inputs();
   if (asked_to_stop()) return stopped_before_start();
   take_up();

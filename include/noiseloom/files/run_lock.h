@@ -32,6 +32,11 @@ class OutputLost : public EnvironmentError {
   using EnvironmentError::EnvironmentError;
 };
 
+// Somebody else holds the output, and lives.
+class OutputHeld : public UserError {
+  using UserError::UserError;
+};
+
 struct LockTiming {
   std::chrono::milliseconds beat{15'000};     // between heartbeats
   std::chrono::milliseconds silence{60'000};  // after which a holder on another machine counts as dead
@@ -40,7 +45,7 @@ struct LockTiming {
 
 class RunLock {
  public:
-  // Throws UserError saying who holds it (host, process, since when), or that the folder does not exist;
+  // Throws OutputHeld saying who holds it (host, process, since when); UserError where the folder does not exist;
   // EnvironmentError, naming the folder, if it cannot be written. May wait for LockTiming::silence where a holder on
   // another machine may be dead; `say` is told so before.
   explicit RunLock(const std::string& path, const std::function<void(const std::string&)>& say = {},

@@ -20,11 +20,13 @@ struct GenerateRequest {
   bool resume = false;                 // go on from the output if it is there
   bool overwrite = false;              // replace the output if it is there; not with resume
   int threads = 0;                     // of each rank; 0: the node's processors shared by its ranks
+  bool skip_if_held = false;           // no fault where another run holds the output: GenerateResult::held
   LoopSettings loop;
   WatchSettings watch;
 };
 
 struct GenerateResult {
+  bool held = false;       // by another run: nothing was done
   bool finished = false;   // else stopped early: run again with resume
   std::string conclusion;  // where it is not finished: why, how far it got, what is saved. On rank 0
   std::vector<std::pair<std::string, std::string>> summary;  // where it is finished: label and text. On rank 0
