@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <filesystem>
 #include <optional>
 
 #include "noiseloom/core/child_process.h"
@@ -42,6 +43,7 @@ struct BankOptions {
   std::string time_limit;
   std::string checkpoint_every;
   std::string watchdog = "auto";
+  std::string pack;
   ResultOptions result;
 };
 
@@ -73,6 +75,7 @@ std::optional<int> read_bank_options(int argc, char** argv, bool prints, BankOpt
       ->check(CLI::Range(1, most_bank_threads));
   app.add_option("--time-limit", options.time_limit, "save and stop after this long (2h, 90m), exit 75");
   app.add_option("--checkpoint-every", options.checkpoint_every, "save members this often (default 10m)");
+  app.add_option("--pack-into", options.pack, "when all members are done, copy them into this HDF5 file, as one array");
   app.add_option("--watchdog", options.watchdog, watchdog_help);
   app.add_option("--worker", options.worker_threads)->group("");
   add_result_options(app, options.result, ShowsProgress::yes, "how many members there are, and how many are done");
@@ -84,6 +87,10 @@ std::optional<int> read_bank_options(int argc, char** argv, bool prints, BankOpt
   if (const auto status = read_options(app, argc, argv, prints)) return status;
   if (options.resume && options.overwrite) {
     throw UserError("command line", "--resume and --overwrite exclude each other");
+  }
+  std::error_code unknown;
+  if (!options.pack.empty() && !options.overwrite && std::filesystem::exists(options.pack, unknown)) {
+    throw UserError(options.pack, "exists; remove it first, or choose another file for --pack-into");
   }
   options.request.watch = watch_settings_of(options.watchdog);
   options.request.time_limit_s = bank_seconds("--time-limit", options.time_limit, 0);
@@ -106,6 +113,7 @@ void say_member(const ResultOptions& options, const std::vector<std::pair<std::s
 int conclude_bank(const Bank& bank, const BankOptions& options, bool stopped) {
   const auto [done, all] = count_done(bank, options.request.folder);
   const std::string index = options.request.folder + "/index.csv";
+  if (!options.pack.empty() && done == all) pack_bank(bank, options.request.folder, options.pack);
   const std::string rest =
       stopped ? "; stopped, go on with --resume" : (done < all ? "; the others are held by other processes" : "");
   print_result(options.result, fmt::format("{} of {} members done: {}{}\n", done, all, index, rest),

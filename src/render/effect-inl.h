@@ -31,8 +31,10 @@ void estimate_image(Job& job) {
     job.estimate.make(make_image(scene.width, scene.height, with_truth ? 2 * channels : channels));
   Image& image = job.estimate.get(Data::estimate, job.pass);
   const Move move = move_of_repeat(scene.seed, job.repeat);
+  const bool by_seeds = noise.spec.kind == NoiseKind::heitz_belcour;
+  const Seeds* const seeds = by_seeds ? &job.seeds.get(Data::seeds, job.pass) : nullptr;
   job.rows(scene.height, [&](int first, int last) {
-    NoiseReader reader(noise, move, effect.numbers(), scene.width);
+    NoiseReader reader(noise, move, effect.numbers(), scene.width, seeds, job.repeat);
     std::array<float, most_channels> values{};
     std::array<double, most_channels> means{};
     for (int y = first; y < last; ++y) {

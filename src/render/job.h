@@ -13,6 +13,7 @@
 #include "noiseloom/render/result.h"
 #include "render/image.h"
 #include "render/kernel.h"
+#include "render/seeds.h"
 #include "render/sky_light.h"
 #include "render/surface.h"
 #include "render/volume.h"
@@ -83,6 +84,7 @@ struct Job {
 
   Made<Hits> moving_hits = {};  // of this frame
   Hits hits_before = {};        // and of the one before
+  Made<Seeds> seeds = {};
   Made<Image> estimate = {};
   Made<Averages> accumulated = {};
   Made<std::vector<Image>> filtered = {};     // [filter over time, the frame alone first][filter over space]

@@ -8,6 +8,7 @@
 #include "noiseloom/core/math.h"
 #include "noiseloom/measure/spectrum.h"
 #include "render/a_trous.h"
+#include "render/flip.h"
 #include "render/frames.h"
 #include "render/scene_sizes.h"
 #include "render/spectra.h"
@@ -108,6 +109,7 @@ void count_measures(const Scene& scene, std::int64_t channels, std::int64_t pict
   count_of(counts, Work::differences) += values * channels;
   for (const Metric metric : metrics) {
     if (metric == Metric::ssim) count_of(counts, Work::taps) += values * 5 * 2 * 11;  // five pictures, filtered
+    if (metric == Metric::flip) count_of(counts, Work::taps) += values * 2 * 8 * (21 + 19);
     if (metric == Metric::low) count_of(counts, Work::transformed_values) += values * channels;
   }
 }
@@ -142,6 +144,9 @@ void measure_stage(Job& job, std::size_t stage, std::span<double> errors) {
         break;
       case Metric::unseen:
         error = share_unseen(job);
+        break;
+      case Metric::flip:
+        error = flip_error(job.after(stage), truth_of(job, stage), job.channels(), job.scene().border, job.rows);
         break;
     }
   }

@@ -192,8 +192,16 @@ constexpr Pass pass_table[] = {
      [](const Scene& scene, std::span<const Noise>) {
        return 2 * static_cast<std::int64_t>(sizeof(Hit)) * pixels_of(scene);
      }},
-    {"integrand",
+    {"seeds",
      {Data::noises},
+     {Data::seeds},
+     [](const Scene& scene) -> std::string { return has_seeds(scene) ? applies : "no noise of kind heitz-belcour"; },
+     nullptr,
+     move_seeds,
+     work_of_seeds,
+     [](const Scene& scene, std::span<const Noise>) { return 8 * pixels_of(scene); }},
+    {"integrand",
+     {Data::noises, Data::seeds},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.integrand.on ? applies : "no effects.integrand"; },
      nullptr,
@@ -201,7 +209,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::integrand>,
      bytes_of_estimate},
     {"dither",
-     {Data::noises, Data::picture},
+     {Data::noises, Data::seeds, Data::picture},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.dither.on ? applies : "no effects.dither"; },
      nullptr,
@@ -209,7 +217,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::dither>,
      bytes_of_estimate},
     {"transparency",
-     {Data::noises},
+     {Data::noises, Data::seeds},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.transparency.on ? applies : "no effects.transparency"; },
      nullptr,
@@ -217,7 +225,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::transparency>,
      bytes_of_estimate},
     {"free-flight",
-     {Data::noises, Data::flights},
+     {Data::noises, Data::seeds, Data::flights},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.free_flight.on ? applies : "no effects.free-flight"; },
      nullptr,
@@ -225,7 +233,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::free_flight>,
      bytes_of_estimate},
     {"ray-march",
-     {Data::noises, Data::columns},
+     {Data::noises, Data::seeds, Data::columns},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.ray_march.on ? applies : "no effects.ray-march"; },
      nullptr,
@@ -233,7 +241,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::ray_march>,
      bytes_of_estimate},
     {"ambient-occlusion",
-     {Data::noises, Data::hits, Data::moving_hits},
+     {Data::noises, Data::seeds, Data::hits, Data::moving_hits},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.occlusion.on ? applies : "no effects.ambient-occlusion"; },
      nullptr,
@@ -241,7 +249,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::occlusion>,
      bytes_of_estimate},
     {"soft-shadow",
-     {Data::noises, Data::hits, Data::moving_hits},
+     {Data::noises, Data::seeds, Data::hits, Data::moving_hits},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.shadow.on ? applies : "no effects.soft-shadow"; },
      nullptr,
@@ -249,7 +257,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::shadow>,
      bytes_of_estimate},
     {"sky",
-     {Data::noises, Data::hits, Data::sky},
+     {Data::noises, Data::seeds, Data::hits, Data::sky},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.sky.on ? applies : "no effects.sky"; },
      nullptr,
@@ -257,7 +265,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::sky>,
      bytes_of_estimate},
     {"convolution",
-     {Data::noises, Data::kernel},
+     {Data::noises, Data::seeds, Data::kernel},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.convolution.on ? applies : "no effects.convolution"; },
      nullptr,
@@ -265,7 +273,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::convolution>,
      bytes_of_estimate},
     {"sparse",
-     {Data::noises, Data::importance},
+     {Data::noises, Data::seeds, Data::importance},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.sparse.on ? applies : "no effects.sparse"; },
      nullptr,
@@ -354,42 +362,5 @@ static_assert(is_in_order());
 }  // namespace
 
 std::span<const Pass> all_passes() { return pass_table; }
-
-const EffectCalls& calls_of(Effect effect) {
-  switch (effect) {
-    case Effect::integrand:
-      return integrand_calls;
-    case Effect::dither:
-      return dither_calls;
-    case Effect::transparency:
-      return transparency_calls;
-    case Effect::free_flight:
-      return free_flight_calls;
-    case Effect::ray_march:
-      return ray_march_calls;
-    case Effect::occlusion:
-      return occlusion_calls;
-    case Effect::shadow:
-      return shadow_calls;
-    case Effect::sky:
-      return sky_calls;
-    case Effect::convolution:
-      return convolution_calls;
-    case Effect::sparse:
-      break;
-  }
-  return sparse_calls;
-}
-
-int if_numbers(int numbers, const Noise& noise) { return noise.numbers_in_value() > 0 ? numbers : 0; }
-
-std::int64_t values_of_pixel(const Noise& noise, int numbers) {
-  return (numbers + noise.channels - 1) / noise.channels;
-}
-
-Work work_of_reading(const Noise& noise) {
-  const NoiseKind kind = noise.spec.kind;
-  return has_texture(kind) ? Work::texture_values : Work::computed_values;
-}
 
 }  // namespace noiseloom::render

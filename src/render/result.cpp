@@ -114,27 +114,6 @@ std::string csv_head(const Result& result) {
   return head + "\n";
 }
 
-// What stands above the table of a metric.
-std::string title_of(Metric metric) {
-  switch (metric) {
-    case Metric::rmse:
-      return "root of the mean squared error";
-    case Metric::deviation:
-      return "deviation of the error around its own mean";
-    case Metric::ssim:
-      return "1 - structural similarity";
-    case Metric::low:
-      return "error at frequencies below 0.05 cycles a pixel";
-    case Metric::middle:
-      return "error at frequencies from 0.05 to 0.15 cycles a pixel";
-    case Metric::high:
-      return "error at frequencies above 0.15 cycles a pixel";
-    case Metric::unseen:
-      return "share of pixels that no frame has sampled";
-  }
-  return {};
-}
-
 std::size_t width_of_names(const Result& result) {
   std::size_t widest = 5;
   for (const std::string& noise : result.noises) widest = std::max(widest, noise.size());
@@ -160,6 +139,28 @@ std::string table_text(const Result& result, Cell cell) {
 }
 
 }  // namespace
+
+std::string title_of(Metric metric) {
+  switch (metric) {
+    case Metric::rmse:
+      return "root of the mean squared error";
+    case Metric::deviation:
+      return "deviation of the error around its own mean";
+    case Metric::ssim:
+      return "1 - structural similarity";
+    case Metric::low:
+      return "error at frequencies below 0.05 cycles a pixel";
+    case Metric::middle:
+      return "error at frequencies from 0.05 to 0.15 cycles a pixel";
+    case Metric::high:
+      return "error at frequencies above 0.15 cycles a pixel";
+    case Metric::unseen:
+      return "share of pixels that no frame has sampled";
+    case Metric::flip:
+      return "FLIP";
+  }
+  return {};
+}
 
 double Result::square(std::size_t effect, std::size_t noise, int repeat, std::size_t stage, int frame) const {
   return squares[place(effect, noise, repeat, stage, frame)];

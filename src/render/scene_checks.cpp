@@ -5,6 +5,7 @@
 #include <set>
 
 #include "noiseloom/render/expectation.h"
+#include "noiseloom/render/noise.h"
 #include "render/scene_settings.h"
 
 namespace noiseloom::render {
@@ -51,6 +52,21 @@ void name_noises(Reader& reader, const Value& root, Scene& scene) {
     if (!is_name(noise.name)) fault_at(reader, root, "noise", i, "name", name_rule);
     if (!names.insert(noise.name).second)
       fault_at(reader, root, "noise", i, "name", fmt::format("a second noise of the name \"{}\"", noise.name));
+  }
+}
+
+void check_targets(Reader& reader, const Value& root, const Scene& scene) {
+  std::string textures;
+  for (const NoiseSpec& noise : scene.noises)
+    if (has_texture(noise.kind)) textures += (textures.empty() ? "" : ", ") + noise.name;
+  for (std::size_t i = 0; i < scene.noises.size(); ++i) {
+    const NoiseSpec& noise = scene.noises[i];
+    if (noise.kind != NoiseKind::heitz_belcour || noise.target.empty()) continue;
+    const auto found = std::find_if(scene.noises.begin(), scene.noises.end(),
+                                    [&](const NoiseSpec& other) { return other.name == noise.target; });
+    if (found == scene.noises.end() || !has_texture(found->kind))
+      fault_at(reader, root, "noise", i, "target",
+               fmt::format("the scene has no texture of that name; it has: {}", textures.empty() ? "none" : textures));
   }
 }
 
@@ -171,6 +187,7 @@ void check_metrics(Reader& reader, const Value& root, const Scene& scene) {
 void check_scene(Reader& reader, const Value& root, const settings::Owners& owners) {
   Scene& scene = owners.get<Scene>();
   name_noises(reader, root, scene);
+  check_targets(reader, root, scene);
   name_filters(reader, root, scene);
   if (scene.noises.empty() && settings::find_at(root, "noise") != nullptr)
     reader.fault(*settings::find_at(root, "noise"), "noise", "needs at least one");

@@ -21,6 +21,8 @@ constexpr Word metric_words[] = {
     {"ssim", "1 - structural similarity, over windows of 11 pixels", "dssim structure"},
     {"bands", "the error below 0.05 cycles a pixel, from there to 0.15, and above: low, middle, high", "band power"},
     {"unseen", "effects.sparse: the share of pixels that no frame so far has sampled", "coverage unique"},
+    {"flip", "the difference that is seen when picture and truth are shown in turns, at 67 pixels a degree",
+     "perceptual"},
 };
 
 // In the order of Metric.
@@ -32,6 +34,7 @@ constexpr Word measured_words[] = {
     {"middle", "the error from 0.05 to 0.15 cycles a pixel"},
     {"high", "the error above 0.15 cycles a pixel"},
     {"unseen", "the share of pixels without a sample so far", "coverage"},
+    {"flip", "the mean of FLIP"},
 };
 
 constexpr Word time_words[] = {{"frame", "each frame alone", "none raw"},

@@ -84,6 +84,7 @@ class Page {
             : "; in brackets what the score of the texture promises, times the error of white noise");
     section.tables.push_back(table(effect));
     writer_.report.sections.push_back(section);
+    for (std::size_t m = 1; m < result_.metrics.size(); ++m) add_metric(effect, name, result_.metrics[m]);
     if (scene_.puts_out("curves")) add_curves(effect, name);
     if (scene_.puts_out("images")) {
       add_pictures(effect, name, 0);
@@ -133,6 +134,20 @@ class Page {
       table.rows.push_back(row);
     }
     return table;
+  }
+
+  void add_metric(std::size_t effect, const std::string& name, render::Metric metric) {
+    if (std::isnan(result_.of_repeat(metric, effect, 0, 0, 0, result_.frames - 1))) return;
+    ReportTable values{{"after"}, {}};
+    for (const std::string& noise : result_.noises) values.columns.push_back(noise);
+    for (std::size_t stage = 0; stage < result_.stages.size(); ++stage) {
+      ReportTableRow row{{result_.stages[stage].to_string()}, ""};
+      for (std::size_t noise = 0; noise < result_.noises.size(); ++noise)
+        row.cells.push_back(digits_text(result_.value(metric, effect, noise, stage, result_.frames - 1).mean));
+      row.strong = stage == main_stage();
+      values.rows.push_back(row);
+    }
+    writer_.report.sections.push_back({name + ": " + render::title_of(metric), "", {}, {values}});
   }
 
   // What most users look at: the first filter over time and the last over space, where there are such.

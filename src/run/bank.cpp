@@ -13,6 +13,8 @@
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/stopwatch.h"
 #include "noiseloom/files/generations.h"
+#include "noiseloom/files/output_files.h"
+#include "noiseloom/files/pack.h"
 #include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/generate.h"
 #include "noiseloom/run/stop_signals.h"
@@ -34,9 +36,8 @@ bool seems_held(const std::string& path) {
 // The work of one group of ranks. Its first rank decides.
 class Group {
  public:
-  Group(const Bank& bank, const BankRequest& request, const Communicator& ranks, const SayMember& say,
-        const std::function<void(const std::string&)>& warn)
-      : bank_(bank), request_(request), ranks_(ranks), say_(say), warn_(warn) {}
+  Group(const Bank& bank, const BankRequest& request, const Communicator& ranks, const SayMember& say)
+      : bank_(bank), request_(request), ranks_(ranks), say_(say) {}
 
   BankResult work();
 
@@ -51,7 +52,6 @@ class Group {
   const BankRequest& request_;
   const Communicator& ranks_;
   const SayMember& say_;
-  const std::function<void(const std::string&)>& warn_;
   const Stopwatch watch_;
   std::set<std::string> refused_;  // held by others when they were tried
 };
@@ -188,7 +188,7 @@ BankResult work_on_bank(const Bank& bank, const BankRequest& request, const Comm
   BankResult result;
   std::exception_ptr failure;
   try {
-    result = Group(bank, request, group, say, warn).work();
+    result = Group(bank, request, group, say).work();
   } catch (...) {
     failure = std::current_exception();
     if (group.is_root() && group.size() < communicator.size())
@@ -200,6 +200,16 @@ BankResult work_on_bank(const Bank& bank, const BankRequest& request, const Comm
   result.made = made;
   result.stopped = communicator.any_bits(result.stopped ? 1U : 0U) != 0;
   return result;
+}
+
+void pack_bank(const Bank& bank, const std::string& folder, const std::string& path) {
+  std::vector<PackMember> members;
+  for (const BankMember& member : bank.members) {
+    members.push_back({member.name, member_path(folder, member.name), member.values});
+  }
+  OutputFiles files(posix_file_ops(), true);
+  pack_run_files(files.add(path), members, bank.keys);
+  files.commit();
 }
 
 std::pair<std::int64_t, std::int64_t> count_done(const Bank& bank, const std::string& folder) {

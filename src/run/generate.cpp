@@ -119,9 +119,8 @@ bool Generation::claim_output() {
       if (held) return;
       throw;
     }
-    if (const std::string mismatch = launcher_mismatch(communicator_.size()); !mismatch.empty()) {
-      progress_.warn(mismatch);
-    }
+    const std::string mismatch = request_.skip_if_held ? "" : launcher_mismatch(communicator_.size());
+    if (!mismatch.empty()) progress_.warn(mismatch);
     remove_stale_temporaries(posix_file_ops(), path);
     run_ = lock_->number();
     if (request_.resume) {

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import time
 
+import h5py
 from support import ProgramTest, main
 
 BASE = """
@@ -61,10 +62,19 @@ class Bank(ProgramTest):
         self.assertEqual((rows[2]["texture.seed"], rows[2]["filter.groups[0].sigma"]), ("2", "0.7"))
         self.assertAlmostEqual(float(rows[2]["relative_error"]), one["state"]["relative_error"], places=6)
         self.assertEqual(self.info("made/seed2_sigma0.7.h5")["checksums"], one["checksums"])
+        self.bank("--resume", "--quiet", "--pack-into", "all.h5")
+        with h5py.File(self.folder / "all.h5") as pack, h5py.File(self.folder / "one.h5") as alone:
+            self.assertEqual(pack["samples"].shape, (4, *alone["samples"].shape))
+            self.assertEqual(pack["samples"][2].tobytes(), alone["samples"][...].tobytes())
+            self.assertEqual([name.decode() for name in pack["name"]], [row["name"] for row in rows])
+            self.assertEqual(list(pack["settings/filter.groups[0].sigma"]), [0.7, 1.0, 0.7, 1.0])
+            self.assertEqual([axis.label for axis in pack["samples"].dims], ["member", "t", "y", "x", "channel"])
+        self.assertIn("all.h5: exists", self.bank("--resume", "--pack-into", "all.h5", expect=2).stderr)
         # Side by side, and the same bytes by groups of ranks.
         self.write("bank.toml", 'base = "base.toml"\ncombine = "side-by-side"\n[vary]\n"texture.seed" = [1, 2]\n'
                    '"filter.groups[0].sigma" = [0.7, 1.0]\n')
-        self.run_program("bank", "bank.toml", "-o", "pairs", "--ranks-per-member", "2", ranks=3)
+        done = self.run_program("bank", "bank.toml", "-o", "pairs", "--ranks-per-member", "2", ranks=3)
+        self.assertNotIn("WARNING", done.stderr)
         pairs = self.checksums("pairs")
         self.assertEqual(pairs, {name: checksum for name, checksum in self.checksums().items() if name in pairs})
         self.assertEqual(list(pairs), ["seed1_sigma0.7", "seed2_sigma1.0"])

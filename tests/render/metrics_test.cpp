@@ -1,9 +1,11 @@
 // What is measured beside the root of the mean squared error.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "render/flip.h"
 #include "render/measure_pass.h"
 #include "render/scene_support.h"
 #include "render/spectra.h"
@@ -57,6 +59,37 @@ TEST(Metrics, StructuralSimilarityIsThatOfItsDefinition) {
   const Image b = waves(17, 13, 3, 2);
   EXPECT_NEAR(structural_error(a, b, 1, Border::wrap, {}), slow_structural_error(a, b), 1e-5);
   EXPECT_NEAR(structural_error(a, a, 1, Border::wrap, {}), 0, 1e-6);
+}
+
+Image of_colour(float red, float green, float blue) {
+  Image image = make_image(40, 30, 3);
+  for (int c = 0; c < 3; ++c) std::fill_n(image.row(c, 0), image.pixels(), c == 0 ? red : c == 1 ? green : blue);
+  return image;
+}
+
+// By hand: pictures of one colour have no features, and 0.5 of sRGB is of the lightness 53.4 (100 - 53.4 = 46.6).
+TEST(Metrics, FlipOfPlainPicturesIsThatOfTheirColours) {
+  const auto flip = [](const Image& a, const Image& b) { return flip_error(a, b, 3, Border::clamp, {}); };
+  const Image white = of_colour(1, 1, 1);
+  EXPECT_EQ(flip(white, white), 0);
+  EXPECT_NEAR(flip(of_colour(0, 1, 0), of_colour(0, 0, 1)), 1, 2e-3);  // the colours that are furthest apart
+  const double largest = std::pow(201.4, 0.7);
+  const double grey = std::pow(46.6, 0.7);
+  EXPECT_NEAR(flip(white, of_colour(0.5F, 0.5F, 0.5F)), 0.95 * grey / (0.4 * largest), 0.02);
+  EXPECT_EQ(flip(white, of_colour(0.5F, 0.5F, 0.5F)), flip(of_colour(0.5F, 0.5F, 0.5F), white));
+}
+
+// Noise that the eye blurs away differs less than noise of the same size that it sees.
+TEST(Metrics, FlipSeesCoarseNoiseBeforeFineNoise) {
+  Image grey = make_image(48, 48, 1);
+  std::fill(grey.values.begin(), grey.values.end(), 0.5F);
+  const auto with_squares = [&](int size) {
+    Image image = grey;
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 48; ++x) image.row(0, y)[x] += (x / size + y / size) % 2 == 0 ? 0.05F : -0.05F;
+    return flip_error(image, grey, 1, Border::wrap, {});
+  };
+  EXPECT_LT(with_squares(1), 0.7 * with_squares(8));
 }
 
 TEST(Metrics, BandsHoldTheWavesOfTheirFrequenciesAndNoMean) {

@@ -24,7 +24,8 @@ kind = "white"
 [[noise]]
 kind = "blue-2d"
 [[noise]]
-kind = "sobol-owen"
+kind = "heitz-belcour"
+target = "blue-2d"
 [effects.integrand]
 function = "steps"
 [effects.dither]
@@ -120,6 +121,7 @@ TEST(Passes, ASceneWithEveryEffectDoesWhatItsPlanSays) {
 
 TEST(Passes, WhatIsNotNamedIsOff) {
   Scene scene = scene_of(everything);
+  scene.noises.pop_back();  // seeds are moved from frame to frame
   scene.dither.on = false;
   scene.time.kernels.clear();
   scene.outputs.clear();
@@ -129,17 +131,18 @@ TEST(Passes, WhatIsNotNamedIsOff) {
     EXPECT_FALSE(pass_of(result, off).planned.on) << off;
   EXPECT_TRUE(result.pictures.empty());
   // Without curves and averages the last frame alone is worth anything.
-  EXPECT_EQ(pass_of(result, "integrand").calls, 3 * 2);
+  EXPECT_EQ(pass_of(result, "integrand").calls, 2 * 2);
 }
 
 TEST(Passes, AFrameThatAnExpectationAsksForIsRendered) {
   Scene scene = scene_of(everything);
+  scene.noises.pop_back();  // seeds are moved from frame to frame
   scene.time.kernels.clear();
   scene.outputs.clear();
   scene.expects.push_back({.order = "white = white", .effect = "dither", .frame = 2});
   const Result result = rendered(scene);
   expect_as_planned(result);
-  EXPECT_EQ(pass_of(result, "dither").calls, 2 * 3 * 2);
+  EXPECT_EQ(pass_of(result, "dither").calls, 2 * 2 * 2);
   EXPECT_GT(result.square(1, 0, 0, 0, 1), 0);
 }
 

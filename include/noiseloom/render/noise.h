@@ -27,6 +27,7 @@ inline constexpr auto purpose_of_threshold = static_cast<Purpose>(104);
 inline constexpr auto purpose_of_density = static_cast<Purpose>(105);
 inline constexpr auto purpose_of_rejection = static_cast<Purpose>(106);
 inline constexpr auto purpose_of_lamp = static_cast<Purpose>(107);
+inline constexpr auto purpose_of_seed = static_cast<Purpose>(108);
 
 // What a texture of unit vectors holds.
 enum class Directions { none, cosine, hemisphere, sphere };
@@ -78,8 +79,10 @@ struct Draw {
 // Numbers of one noise for rows of a picture.
 class NoiseReader {
  public:
-  // `numbers` of each pixel. The noise must outlive the reader.
-  NoiseReader(const Noise& noise, const Move& move, int numbers, int width);
+  // `numbers` of each pixel. The noise must outlive the reader. `seeds`: of heitz-belcour, those of all pixels, which
+  // in every repeat give other numbers.
+  NoiseReader(const Noise& noise, const Move& move, int numbers, int width,
+              const std::vector<std::uint32_t>* seeds = nullptr, int repeat = 0);
 
   // Values that a pixel reads in a frame.
   int values() const { return values_; }
@@ -93,6 +96,7 @@ class NoiseReader {
   void read_ign(int y, std::int64_t frame);
   void read_white(int y, std::int64_t frame);
   void read_sobol(int y, std::int64_t frame);
+  void read_seeds(int y);
   float* plane(int number) {
     return numbers_.data() + static_cast<std::size_t>(number) * static_cast<std::size_t>(width_);
   }
@@ -101,6 +105,8 @@ class NoiseReader {
   Move move_;
   int numbers_of_pixel_;
   int width_;
+  const std::vector<std::uint32_t>* seeds_;
+  int repeat_;
   int channels_ = 1;
   int values_ = 1;
   TextureRead read_;

@@ -33,6 +33,7 @@ enum class Data : std::uint8_t {
   kernel,
   importance,
   sky,
+  seeds,
   truth,
   estimate,
   accumulated,
@@ -43,7 +44,7 @@ enum class Data : std::uint8_t {
   pictures,
   predictions
 };
-inline constexpr int num_data = 21;
+inline constexpr int num_data = 22;
 std::string_view name_of(Data data);
 
 class DataSet {
@@ -77,9 +78,10 @@ enum class Work : std::uint8_t {
   taps,
   guided_taps,  // of filters that weigh each tap anew
   differences,
-  transformed_values  // by Fourier transforms
+  transformed_values,  // by Fourier transforms
+  moved_seeds
 };
-inline constexpr int num_work = 14;
+inline constexpr int num_work = 15;
 std::string_view name_of(Work work);
 using Counts = std::array<std::int64_t, num_work>;
 constexpr std::int64_t& count_of(Counts& counts, Work work) { return counts[static_cast<std::size_t>(work)]; }

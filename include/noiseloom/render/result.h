@@ -104,6 +104,8 @@ std::vector<ExpectationResult> check_expectations(const Scene& scene, const Resu
 // For people and programs.
 std::string plan_text(std::span<const PlannedPass> passes);
 std::string plan_json(const Scene& scene, const std::vector<PassResult>& passes, double seconds, int threads);
+// What a metric is, in words.
+std::string title_of(Metric metric);
 std::string results_text(const Result& result);
 std::string results_csv(const Result& result);  // last frame
 std::string curves_csv(const Result& result);   // every frame

@@ -13,7 +13,18 @@
 namespace noiseloom::render {
 
 // In the order of the words of noise[].kind.
-enum class NoiseKind { file, config, white, blue_2d, blue_3d, golden_ratio, ign, sobol_owen, sobol_rotated };
+enum class NoiseKind {
+  file,
+  config,
+  white,
+  blue_2d,
+  blue_3d,
+  golden_ratio,
+  ign,
+  sobol_owen,
+  sobol_rotated,
+  heitz_belcour
+};
 
 struct NoiseSpec {
   NoiseKind kind = NoiseKind::white;
@@ -25,7 +36,9 @@ struct NoiseSpec {
   int size = 128;   // blue-2d, blue-3d, golden-ratio: pixels along x and y of the texture
   int slices = 64;  // blue-2d, blue-3d: of the texture; golden-ratio, ign: frames after which they begin again
   std::uint64_t seed = 1;
-  bool importance = true;  // numbers are bent to what an effect's integrand weighs, where the effect knows how
+  std::string target = {};  // heitz-belcour: the noise of the scene that seeds follow
+  int block = 4;            // heitz-belcour: pixels along each side within which a seed moves in a frame
+  bool importance = true;   // numbers are bent to what an effect's integrand weighs, where the effect knows how
 };
 
 // The integrals that every pixel estimates, in the order of the words of effects.integrand.function.
@@ -152,8 +165,8 @@ struct SpaceFilterSpec {
 };
 
 // What is measured of a picture against its truth. The first is measured always.
-enum class Metric { rmse, deviation, ssim, low, middle, high, unseen };
-inline constexpr int num_metrics = 7;
+enum class Metric { rmse, deviation, ssim, low, middle, high, unseen, flip };
+inline constexpr int num_metrics = 8;
 
 struct ExpectSpec {
   std::string order = {};  // "fast < stbn < white", "blue-2d = white"

@@ -61,6 +61,9 @@ using SayMember = std::function<void(const std::vector<std::pair<std::string, st
 BankResult work_on_bank(const Bank& bank, const BankRequest& request, const Communicator& communicator,
                         const SayMember& say, const std::function<void(const std::string&)>& warn);
 
+// All members, which must be done, as one HDF5 file (files/pack.h). Throws as pack_run_files does.
+void pack_bank(const Bank& bank, const std::string& folder, const std::string& path);
+
 // How many members the folder's index says are done, and how many there are.
 std::pair<std::int64_t, std::int64_t> count_done(const Bank& bank, const std::string& folder);
 

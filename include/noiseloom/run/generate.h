@@ -20,7 +20,9 @@ struct GenerateRequest {
   bool resume = false;                 // go on from the output if it is there
   bool overwrite = false;              // replace the output if it is there; not with resume
   int threads = 0;                     // of each rank; 0: the node's processors shared by its ranks
-  bool skip_if_held = false;           // no fault where another run holds the output: GenerateResult::held
+  // One of several that share the work: no fault where another holds the output (GenerateResult::held), and no warning
+  // where the launcher started more ranks than these.
+  bool skip_if_held = false;
   LoopSettings loop;
   WatchSettings watch;
 };
