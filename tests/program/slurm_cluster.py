@@ -161,13 +161,15 @@ class Job:
     def __init__(self, cluster, folder, script, *options, **variables):
         self.cluster = cluster
         self.folder = folder
-        self.log = folder / f"{variables.get('OUTPUT', 'bank')}.log"
+        self.log = folder / f"{variables['OUTPUT']}.log"
         export = ",".join(["ALL"] + [f"{name}={value}" for name, value in variables.items()])
         words = ["sbatch", "--parsable", "-D", folder, "-o", self.log, "-c", "1", "-t", "10", *options, f"--export={export}", script]
         self.id = cluster.run(*words).strip()
 
     def state(self):
-        return self.cluster.run("squeue", "-h", "-t", "all", "-j", self.id, "-o", "%T").strip()
+        """Of an array: of all its tasks, where they have the same."""
+        states = set(self.cluster.run("squeue", "-h", "-t", "all", "-j", self.id, "-o", "%T").split())
+        return states.pop() if len(states) == 1 else "RUNNING"
 
     def said(self):
         return self.log.read_text() if self.log.exists() else ""

@@ -4,6 +4,7 @@ Skipped where Slurm is not installed (tools/setup installs it)."""
 
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -103,6 +104,17 @@ class SlurmCluster(ProgramTest):
         self.assertIn("everything is saved in out.h5", job.said())
         self.run_program("generate", "run.toml", "-o", "out.h5", "--resume", "--progress", "none")
         self.has_the_bytes()
+
+    def test_an_array_of_jobs_shares_a_bank(self):
+        self.write("bank.toml", 'base = "run.toml"\n[vary]\n"texture.seed" = "1:6"\n')
+        self.write("run.toml", CONFIG.replace("4000", "200"))
+        job = Job(self.cluster, self.folder, SOURCE / "slurm" / "generate.sbatch", "-x", "n3", "--array=1-2", *TWO_NODES,
+                  BANK="bank.toml", OUTPUT="made")
+        self.assertEqual(job.wait_for_end(), "COMPLETED", job.said())
+        self.run_program("bank", "bank.toml", "-o", "straight", "--quiet")
+        made, straight = ((self.folder / name / "index.csv").read_text().splitlines() for name in ("made", "straight"))
+        seconds = r",[^,]*(,[0-9a-f]{16},[0-9a-f]{16},)"
+        self.assertEqual([re.sub(seconds, r"\1", row) for row in made], [re.sub(seconds, r"\1", row) for row in straight])
 
     def test_mpirun(self):
         job = self.submit(*ONE_NODE, LAUNCHER="mpirun")
