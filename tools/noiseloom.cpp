@@ -39,6 +39,10 @@ value whose error your denoiser removes best.
   noiseloom accuracy CONFIG.toml -o DIR        what accuracy costs: error against seconds, as report.html
   noiseloom render SCENE.toml -o DIR           what noises are worth in a scene: errors after your filters
 
+  noiseloom fastnoise SPACE DIST ...           a line of the published program of filter-adapted noise
+  noiseloom stbn-scalar [OPTIONS]              a line of the published maker of scalar blue noise
+  noiseloom stbn-vector [OPTIONS]              a line of the published maker of blue noise of vectors
+
   noiseloom COMMAND --help                     the options of a command
   noiseloom --help-config                      every setting of a config
   noiseloom render --help-scene                every setting of a scene
@@ -52,8 +56,8 @@ scene expects did not come out, or verify found something wrong; 75 stopped earl
 )";
 
 const std::vector<std::string>& study_commands() {
-  static const std::vector<std::string> commands = {"export",  "score",    "verify", "compare",
-                                                    "analyze", "accuracy", "render"};
+  static const std::vector<std::string> commands = {"export",   "score",  "verify",    "compare",     "analyze",
+                                                    "accuracy", "render", "fastnoise", "stbn-scalar", "stbn-vector"};
   return commands;
 }
 

@@ -9,8 +9,10 @@
 #include <optional>
 
 #include "noiseloom/core/console.h"
+#include "noiseloom/core/json.h"
 #include "noiseloom/core/standard_streams.h"
 #include "noiseloom/core/text.h"
+#include "noiseloom/files/generations.h"
 #include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/generate.h"
 #include "noiseloom/run/stop_signals.h"
@@ -28,8 +30,7 @@ struct Words {
   std::string time_limit;
   std::string checkpoint_every;
   std::string threads;
-  std::string progress = "auto";
-  bool quiet = false;
+  ResultOptions result;
 };
 
 double seconds_of(const std::string& option, const std::string& text) {
@@ -63,9 +64,7 @@ void describe_options(CLI::App& app, GenerateRequest& request, Words& words) {
   app.add_option("--checkpoint-every", words.checkpoint_every, "save this often (default 10m)");
   app.add_option("--threads", words.threads,
                  "threads of each rank (default: the node's processors shared by its ranks)");
-  app.add_option("--progress", words.progress,
-                 "auto, plain, json or none (none: the result and warnings alone are printed)");
-  app.add_flag("--quiet", words.quiet, "print nothing but warnings and errors, not even the result");
+  add_result_options(app, words.result, ShowsProgress::yes);
   app.footer(
       "Under MPI: mpirun -n 4 noiseloom generate CONFIG -o RUN.h5. A signal (USR1, USR2, TERM, INT, HUP, XCPU) or a "
       "log\n"
@@ -76,8 +75,8 @@ void describe_options(CLI::App& app, GenerateRequest& request, Words& words) {
 }
 
 // Returns an exit status where the command line itself ends the command (--help).
-std::optional<int> read_command_line(int argc, char** argv, bool is_root, GenerateRequest& request,
-                                     ProgressKind& kind) {
+std::optional<int> read_command_line(int argc, char** argv, bool is_root, GenerateRequest& request, ProgressKind& kind,
+                                     bool& json) {
   CLI::App app(
       "Makes the texture that a config describes and writes it, with all that is needed to go on, to a run file.");
   Words words;
@@ -91,17 +90,35 @@ std::optional<int> read_command_line(int argc, char** argv, bool is_root, Genera
   if (request.resume && request.overwrite) {
     throw UserError("command line", "--resume and --overwrite exclude each other");
   }
-  kind = progress_kind(words.progress);
-  if (words.quiet) kind = ProgressKind::quiet;
+  json = words.result.json;
+  kind = progress_kind(words.result.progress);
+  if (words.result.quiet) kind = ProgressKind::quiet;
   if (!is_root) kind = ProgressKind::silent;
   return std::nullopt;
 }
 
+// The numbers from the run file, then what people read.
+void print_json_summary(const GenerateResult& result, const std::string& output) {
+  const RunFileReader reader = open_to_look_at(output);
+  const RunFileContent& content = reader.content();
+  std::vector<JsonMember> members = {{"output", output}};
+  if (const auto found = content.state.find("relative_error"); found != content.state.end())
+    if (const double* const value = std::get_if<double>(&found->second)) members.emplace_back("relative_error", *value);
+  if (const auto found = content.checksums.find("/samples"); found != content.checksums.end())
+    members.emplace_back("checksum", found->second);
+  for (const auto& [label, text] : result.summary) members.emplace_back(label, text);
+  fmt::print("{}\n", json_object(members));
+}
+
 // The run file is complete by now: that its summary cannot be printed is worth a warning only.
-void print_summary(const GenerateResult& result, Progress& progress) {
+void print_summary(const GenerateResult& result, const std::string& output, bool json, Progress& progress) {
   try {
-    fmt::print("\n");
-    for (const auto& [label, text] : result.summary) fmt::print("{:<12} {}\n", label, text);
+    if (json) {
+      print_json_summary(result, output);
+    } else {
+      fmt::print("\n");
+      for (const auto& [label, text] : result.summary) fmt::print("{:<12} {}\n", label, text);
+    }
     flush_standard_output();
   } catch (const std::exception& error) {
     progress.warn(fmt::format("{}; the run file is complete", error.what()));
@@ -118,8 +135,9 @@ std::string words_for_mpirun() {
 int run_job(const Communicator& communicator, int argc, char** argv) {
   GenerateRequest request;
   ProgressKind kind = ProgressKind::silent;
+  bool json = false;
   std::optional<int> status;
-  communicator.together([&] { status = read_command_line(argc, argv, communicator.is_root(), request, kind); });
+  communicator.together([&] { status = read_command_line(argc, argv, communicator.is_root(), request, kind, json); });
   if (status) {
     communicator.on_root(flush_standard_output);
     return *status;
@@ -130,7 +148,7 @@ int run_job(const Communicator& communicator, int argc, char** argv) {
     progress.conclude(result.conclusion + words_for_mpirun());
     return exit_stopped;
   }
-  if (communicator.is_root() && kind != ProgressKind::quiet) print_summary(result, progress);
+  if (communicator.is_root() && kind != ProgressKind::quiet) print_summary(result, request.output, json, progress);
   return exit_done;
 }
 
@@ -140,8 +158,9 @@ int run_job(const Communicator& communicator, int argc, char** argv) {
 void prepare_images(int argc, char** argv) {
   GenerateRequest request;
   ProgressKind kind = ProgressKind::silent;
+  bool json = false;
   try {
-    if (read_command_line(argc, argv, false, request, kind)) return;
+    if (read_command_line(argc, argv, false, request, kind, json)) return;
   } catch (const std::exception&) {
     return;  // said when all ranks have read it
   }

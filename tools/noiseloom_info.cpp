@@ -197,14 +197,15 @@ int run_info(int argc, char** argv) {
   CLI::App app("Checks a run file and says what it holds: size, state, checksums, score history, provenance, config.");
   app.name("noiseloom info");
   std::string path;
-  bool json = false;
+  ResultOptions result;
   app.add_option("RUN", path, "run file")->required();
-  app.add_flag("--json", json, "everything, the whole history too, as one JSON object");
+  add_result_options(app, result, ShowsProgress::no, "everything, the whole history too");
   if (const auto status = read_options(app, argc - 1, argv + 1)) return *status;
   const RunFileReader reader = open_to_look_at(path);
   if (!reader.change().empty()) print_error(fmt::format("WARNING: {}: {}\n", path, reader.change()));
   const Checked checked = check(reader);
-  if (json) {
+  if (result.quiet) return exit_done;  // checked, and that was all
+  if (result.json) {
     print_json(reader.content());
   } else {
     print_text(path, reader.content(), checked);

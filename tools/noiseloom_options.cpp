@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
+#include "noiseloom/core/json.h"
 
 namespace noiseloom {
 namespace {
@@ -44,6 +46,25 @@ std::vector<Fault> unexpected_words(const CLI::App& app) {
 }
 
 }  // namespace
+
+void add_result_options(CLI::App& app, ResultOptions& options, ShowsProgress progress, const std::string& json) {
+  if (progress == ShowsProgress::yes) {
+    app.add_option("--progress", options.progress,
+                   "auto, plain, json or none (none: the result and warnings alone are printed)")
+        ->check(CLI::IsMember({"auto", "plain", "json", "none"}));
+  }
+  app.add_flag("--quiet", options.quiet, "print nothing but warnings and errors, not even the result");
+  app.add_flag("--json", options.json, "the result as one JSON object" + (json.empty() ? "" : ": " + json));
+}
+
+void ResultOptions::say(const std::string& line) const {
+  if (quiet || progress == "none") return;
+  print_error((progress == "json" ? json_object(std::vector<JsonMember>{{"message", line}}) : line) + "\n");
+}
+
+void print_result(const ResultOptions& options, const std::string& text, const std::string& json) {
+  if (!options.quiet) fmt::print("{}", options.json ? json : text);
+}
 
 std::optional<int> read_options(CLI::App& app, int argc, char** argv, bool prints) {
   try {

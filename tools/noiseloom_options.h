@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <optional>
+#include <string>
 
 namespace noiseloom {
 
@@ -10,5 +11,21 @@ namespace noiseloom {
 // where the command line itself ends the command (--help, printed if `prints`). Throws UserError for a wrong one: every
 // word that was not expected, with the option that may have been meant.
 std::optional<int> read_options(CLI::App& app, int argc, char** argv, bool prints = true);
+
+// What is printed, in the same words for every command. Progress and warnings go to standard error, the result to
+// standard output.
+struct ResultOptions {
+  std::string progress = "auto";
+  bool quiet = false;
+  bool json = false;
+
+  // A line of progress, where that is shown; with "json" as an object, as those of generate are.
+  void say(const std::string& line) const;
+};
+enum class ShowsProgress { no, yes };
+// --quiet and --json, and --progress for commands that show some. `json` says what the object holds, or "".
+void add_result_options(CLI::App& app, ResultOptions& options, ShowsProgress progress, const std::string& json = "");
+// The one of the two texts that is wanted, or neither.
+void print_result(const ResultOptions& options, const std::string& text, const std::string& json);
 
 }  // namespace noiseloom

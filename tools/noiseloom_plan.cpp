@@ -26,13 +26,13 @@ int run_plan(int argc, char** argv) {
   std::string path;
   std::vector<std::string> overrides;
   PlanRequest request;
-  bool json = false;
+  ResultOptions result;
   app.add_option("CONFIG", path, "what would be made (TOML; every setting: noiseloom --help-config)")->required();
   app.add_option("--ranks", request.ranks, "MPI ranks to plan for (default 1)");
   app.add_option("--ranks-per-node", request.ranks_per_node, "how many of them share a node (default: all)");
   app.add_option("--threads", request.threads, "threads of each rank (default 1)");
   app.add_option("--set", overrides, "override a setting, as for generate (repeatable)")->allow_extra_args(false);
-  app.add_flag("--json", json, "one JSON object, in bytes and seconds, with what the text leaves out");
+  add_result_options(app, result, ShowsProgress::no, "in bytes and seconds, with what the text leaves out");
   app.footer(
       "Takes about a second and little memory, whatever the size of the texture. Memory is what a job must ask for: "
       "the\n"
@@ -48,7 +48,7 @@ int run_plan(int argc, char** argv) {
     session.emplace(argc, argv);
   }
   const RunPlan plan = plan_run(config, request);
-  fmt::print("{}", json ? plan_json(plan) : plan_text(plan));
+  print_result(result, plan_text(plan), plan_json(plan));
   return exit_done;
 }
 

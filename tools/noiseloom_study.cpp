@@ -1,5 +1,5 @@
-// The program behind `noiseloom export`, `score`, `analyze`, `accuracy` and `render`: what needs image libraries and no
-// MPI.
+// The program behind `noiseloom export`, `score`, `verify` and all others but generate, plan and info: what needs image
+// libraries and no MPI.
 #include "noiseloom_study.h"
 
 #include <fmt/format.h>
@@ -21,6 +21,7 @@
 #include "noiseloom/core/standard_streams.h"
 #include "noiseloom/files/image_decoder.h"
 #include "noiseloom/image/colour.h"
+#include "noiseloom/published/line.h"
 #include "noiseloom_options.h"
 
 namespace noiseloom {
@@ -41,9 +42,9 @@ std::string quoted(const std::string& word) {
   return text + "'";
 }
 
-int run(int argc, char** argv) {
-  set_image_decoder(read_colour);
-  words_given.assign(argv + std::min(argc, 1), argv + argc);
+int run_command(int argc, char** argv) {
+  if (argc > 1 && find_published_program(argv[1]) != nullptr)
+    return run_published(argv[1], std::vector<std::string>(argv + 2, argv + argc));
   CLI::App app("Look at sampling-noise textures, score them, and turn run files into images", "noiseloom");
   app.require_subcommand(1);
   add_export(app);
@@ -55,8 +56,15 @@ int run(int argc, char** argv) {
   add_render(app, status);
   add_verify(app, status);
   add_compare(app);
+  read_options(app, argc, argv);
+  return status;
+}
+
+int run(int argc, char** argv) {
+  set_image_decoder(read_colour);
+  words_given.assign(argv + std::min(argc, 1), argv + argc);
   try {
-    read_options(app, argc, argv);
+    const int status = run_command(argc, argv);
     flush_standard_output();
     return status;
   } catch (const UserError& error) {

@@ -23,6 +23,13 @@ void add_accuracy(CLI::App& app, int& status);
 
 void add_render(CLI::App& app, int& status);
 
+// A line of a published program (published/line.h), whose grammar is not that of the other commands. `words` stand
+// behind the command. Returns the exit status.
+int run_published(const std::string& command, const std::vector<std::string>& words);
+
+// "a.png", "a.png and b.png", "32 files: a_0.png to a_31.png".
+std::string list_of_files(const std::vector<std::string>& files);
+
 // noiseloom beside this program, else the one in PATH.
 std::string program_beside();
 

@@ -10,6 +10,7 @@
 #include "noiseloom/config/config.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/text.h"
+#include "noiseloom_options.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {
@@ -24,6 +25,7 @@ struct AccuracyArguments {
   std::string budget = "5m";
   std::string threads;
   std::string seeds;
+  ResultOptions result;
 };
 
 void read_count(const std::string& option, const std::string& text, int most, int& count, std::vector<Fault>& faults) {
@@ -51,6 +53,9 @@ int run_accuracy_command(AccuracyArguments& arguments) {
   }
   if (options.resume && options.overwrite)
     faults.push_back({"command line", "--resume and --overwrite exclude each other"});
+  options.say = [&arguments](const std::string& line) { arguments.result.say(line); };
+  options.quiet = arguments.result.quiet;
+  options.json = arguments.result.json;
   options.program = program_beside();
   options.origin = report_origin();
   return run_accuracy(options, std::move(faults)) == AccuracyEnd::stopped ? exit_stopped : 0;
@@ -72,6 +77,7 @@ void add_accuracy(CLI::App& app, int& status) {
                       "Runs of each point, with the config's seed and those after it (default 3): R is their mean");
   command->add_flag("--resume", options.resume, "Go on with what is in the folder, or start where there is nothing");
   command->add_flag("--overwrite", options.overwrite, "Replace what is in the folder");
+  add_result_options(*command, arguments->result, ShowsProgress::yes);
   command->add_flag("--keep", options.keep, "Keep the run file of every point in DIR/runs (else deleted once scored)");
   command->footer(
       "Runs `noiseloom generate` again and again: more and fewer iterations, with anneal and with the paper's method\n"

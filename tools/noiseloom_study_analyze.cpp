@@ -6,12 +6,14 @@
 #include <string>
 
 #include "noiseloom/core/error.h"
+#include "noiseloom/core/json.h"
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/files/output_files.h"
 #include "noiseloom/image/texture_file.h"
 #include "noiseloom/measure/distribution.h"
 #include "noiseloom/measure/quality.h"
 #include "noiseloom/report/analyze.h"
+#include "noiseloom_options.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {
@@ -21,6 +23,7 @@ struct AnalyzeArguments {
   TextureArguments texture;
   std::string folder;
   bool overwrite = false;
+  ResultOptions result;
 };
 
 void run_analyze(const AnalyzeArguments& arguments) {
@@ -35,11 +38,14 @@ void run_analyze(const AnalyzeArguments& arguments) {
   OutputFiles output(posix_file_ops(), arguments.overwrite);
   const SpectralQuality quality = analyze_texture(files.front(), file, arguments.folder, output, pool, report_origin());
   output.commit();
-  fmt::print("{}", quality_text(quality));
+  std::string warning;
   if (file.config && file.source != "run file")
-    if (const std::string warning = distribution_warning(file.texture, file.config->problem.samples); !warning.empty())
-      fmt::print("warning: {}\n", warning);
-  fmt::print("wrote {}\n", (std::filesystem::path(arguments.folder) / "report.html").string());
+    warning = distribution_warning(file.texture, file.config->problem.samples);
+  const std::string report = (std::filesystem::path(arguments.folder) / "report.html").string();
+  const std::string warning_line = warning.empty() ? "" : fmt::format("warning: {}\n", warning);
+  print_result(arguments.result, fmt::format("{}{}wrote {}\n", quality_text(quality), warning_line, report),
+               fmt::format("{{\"report\": {}, {}, \"warnings\": [{}]}}\n", json_string(report), quality_json(quality),
+                           warning.empty() ? "" : json_string(warning)));
 }
 
 }  // namespace
@@ -50,6 +56,7 @@ void add_analyze(CLI::App& app) {
   add_texture_arguments(*command, arguments->texture);
   command->add_option("-o,--output", arguments->folder, "Folder to write to (made if missing)")->required();
   command->add_flag("--overwrite", arguments->overwrite, "Replace files that exist");
+  add_result_options(*command, arguments->result, ShowsProgress::no);
   command->footer(
       "  noiseloom analyze run.h5 -o report/                       then open report/report.html\n"
       "  noiseloom analyze strip.png -o report/ --config run.toml  anybody's images; without a config, no scores\n");

@@ -8,6 +8,7 @@
 
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/measure/compare.h"
+#include "noiseloom_options.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {
@@ -16,7 +17,7 @@ namespace {
 struct CompareArguments {
   TextureArguments texture;
   std::string table = "markdown";
-  bool json = false;
+  ResultOptions result;
 };
 
 // "fast=a.h5,b.h5": a column called fast, of several seeds; "a.h5": a column of one, called by its file.
@@ -61,15 +62,11 @@ void run_compare(const CompareArguments& arguments) {
   for (const std::string& word : arguments.texture.files) columns.push_back(column_of(arguments, word));
   name_apart(columns);
   const Comparison comparison = compare(columns, pool);
-  if (arguments.json) {
-    fmt::print("{}\n", comparison_json(comparison));
-    return;
-  }
-  fmt::print("{}", comparison_table(comparison, arguments.table));
-  if (arguments.table != "markdown") return;
-  for (std::size_t t = 1; t < comparison.textures.size(); ++t)
-    fmt::print("\n{} beside {}: {}\n", comparison.textures[t].name, comparison.textures.front().name,
-               comparison.permutations[t - 1]);
+  std::string text = comparison_table(comparison, arguments.table);
+  for (std::size_t t = 1; t < comparison.textures.size() && arguments.table == "markdown"; ++t)
+    text += fmt::format("\n{} beside {}: {}\n", comparison.textures[t].name, comparison.textures.front().name,
+                        comparison.permutations[t - 1]);
+  print_result(arguments.result, text, comparison_json(comparison) + "\n");
 }
 
 }  // namespace
@@ -80,7 +77,7 @@ void add_compare(CLI::App& app) {
   add_texture_arguments(*command, arguments->texture);
   command->add_option("--table", arguments->table, "markdown (default), latex or csv")
       ->check(CLI::IsMember({"markdown", "latex", "csv"}));
-  command->add_flag("--json", arguments->json, "One JSON object");
+  add_result_options(*command, arguments->result, ShowsProgress::no);
   command->footer(
       "R of each texture under the filter of the first (or of --config) and the usual ones, the power below 0.05 "
       "cycles a\n"

@@ -7,10 +7,12 @@
 #include <vector>
 
 #include "noiseloom/core/console.h"
+#include "noiseloom/core/json.h"
 #include "noiseloom/image/consumers.h"
 #include "noiseloom/image/export.h"
 #include "noiseloom/image/export_importance.h"
 #include "noiseloom/image/export_pack.h"
+#include "noiseloom_options.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {
@@ -21,12 +23,13 @@ struct ExportArguments {
   std::string packing;
   ExportOptions options;
   std::string importance;
+  ResultOptions result;
 };
 
-std::string list_of_files(const std::vector<std::string>& files) {
-  if (files.size() == 1) return files.front();
-  if (files.size() == 2) return fmt::format("{} and {}", files.front(), files.back());
-  return fmt::format("{} files: {} to {}", files.size(), files.front(), files.back());
+std::string json_list_of(const std::vector<std::string>& texts) {
+  std::string list;
+  for (const std::string& text : texts) list += (list.empty() ? "" : ", ") + json_string(text);
+  return "[" + list + "]";
 }
 
 void run_pack(const ExportArguments& arguments) {
@@ -41,16 +44,21 @@ void run_pack(const ExportArguments& arguments) {
       faults.push_back({"command line", fmt::format("{} {}: does not go with --pack", option, value)});
   throw_if_any(std::move(faults));
   const ExportResult result = export_packed(arguments.files, arguments.packing, options, posix_file_ops());
-  fmt::print("wrote {}\n", list_of_files(result.files));
+  print_result(arguments.result, fmt::format("wrote {}\n", list_of_files(result.files)),
+               fmt::format("{{\"files\": {}, \"tables\": []}}\n", json_list_of(result.files)));
 }
 
-void run_export(const std::string& file, const ExportOptions& options) {
-  const ExportResult result = export_run_file(file, options, posix_file_ops());
+void run_export(const std::string& file, const ExportArguments& arguments) {
+  const ExportResult result = export_run_file(file, arguments.options, posix_file_ops());
   if (!result.change.empty()) print_error(fmt::format("warning: {}: {}\n", file, result.change));
   if (!result.unfinished.empty())
     print_error(fmt::format("warning: {}: {}; go on with generate --resume\n", file, result.unfinished));
-  if (!result.files.empty()) fmt::print("wrote {}\n", list_of_files(result.files));
-  if (!result.tables.empty()) fmt::print("{}, in {}\n", result.points, list_of_files(result.tables));
+  std::string text;
+  if (!result.files.empty()) text += fmt::format("wrote {}\n", list_of_files(result.files));
+  if (!result.tables.empty()) text += fmt::format("{}, in {}\n", result.points, list_of_files(result.tables));
+  print_result(
+      arguments.result, text,
+      fmt::format("{{\"files\": {}, \"tables\": {}}}\n", json_list_of(result.files), json_list_of(result.tables)));
 }
 
 // Which pixels a mask samples, frame by frame, in place of its values.
@@ -76,15 +84,25 @@ void run_importance(const ExportArguments& arguments) {
       export_importance(arguments.files.front(),
                         {arguments.importance, options.output, options.frames, options.overwrite}, posix_file_ops());
   const Coverage& last = result.coverage.back();
-  fmt::print("wrote {} and {}\n", list_of_files(result.images), result.table);
-  fmt::print(
-      "sampled at least once in {} {}: {:.2f} % of the pixels (white noise {:.2f} %, slices that are blue each "
-      "alone {:.2f} %)\n",
-      result.coverage.size(), result.coverage.size() == 1 ? "frame" : "frames", 100 * last.so_far, 100 * last.white,
-      100 * last.slices_alone);
+  const std::string text = fmt::format(
+      "wrote {} and {}\nsampled at least once in {} {}: {:.2f} % of the pixels (white noise {:.2f} %, slices that are "
+      "blue each alone {:.2f} %)\n",
+      list_of_files(result.images), result.table, result.coverage.size(),
+      result.coverage.size() == 1 ? "frame" : "frames", 100 * last.so_far, 100 * last.white, 100 * last.slices_alone);
+  print_result(arguments.result, text,
+               fmt::format("{{\"files\": {}, \"tables\": {}, \"sampled\": {}, \"white_noise\": {}, "
+                           "\"slices_alone\": {}}}\n",
+                           json_list_of(result.images), json_list_of({result.table}), json_number(last.so_far),
+                           json_number(last.white), json_number(last.slices_alone)));
 }
 
 }  // namespace
+
+std::string list_of_files(const std::vector<std::string>& files) {
+  if (files.size() == 1) return files.front();
+  if (files.size() == 2) return fmt::format("{} and {}", files.front(), files.back());
+  return fmt::format("{} files: {} to {}", files.size(), files.front(), files.back());
+}
 
 void add_export(CLI::App& app) {
   auto* const command = app.add_subcommand("export", "Run file to images and arrays");
@@ -145,6 +163,7 @@ void add_export(CLI::App& app) {
       "0 to 1):\nthose whose importance is above the mask. PNGs, and coverage.csv: the share sampled so "
       "far");
   command->add_flag("--overwrite", options.overwrite, "Replace files that exist");
+  add_result_options(*command, arguments->result, ShowsProgress::no, "the files that were written");
   command->footer(
       "Values are stored as b = floor(256 u) (16 bit: 65536) and read back as u = (b + 0.5) / 256; u is the value, "
       "for\n"
@@ -183,7 +202,7 @@ void add_export(CLI::App& app) {
                                                   "noiseloom export --help",
                                                   arguments->files[1]));
     if (!arguments->importance.empty()) return run_importance(*arguments);
-    run_export(arguments->files.front(), arguments->options);
+    run_export(arguments->files.front(), *arguments);
   });
 }
 

@@ -14,11 +14,13 @@
 #include "noiseloom/core/child_process.h"
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
+#include "noiseloom/core/json.h"
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/files/output_files.h"
 #include "noiseloom/render/output.h"
 #include "noiseloom/render/result.h"
 #include "noiseloom/report/render_report.h"
+#include "noiseloom_options.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {
@@ -38,6 +40,7 @@ struct RenderArguments {
   bool plan = false;
   bool overwrite = false;
   bool help_scene = false;
+  ResultOptions result;
 };
 
 struct Stopped {};  // a signal came while a texture was made
@@ -45,7 +48,8 @@ struct Stopped {};  // a signal came while a texture was made
 // Runs `noiseloom generate`, which goes on with what is there and does nothing where that is finished.
 class TextureMaker {
  public:
-  TextureMaker(std::string program, int threads) : program_(std::move(program)), threads_(threads) {}
+  TextureMaker(std::string program, int threads, const ResultOptions& result)
+      : program_(std::move(program)), threads_(threads), result_(result) {}
 
   void operator()(const std::string& config, const std::vector<std::string>& changes, const std::string& output) {
     const bool is_there = fs::exists(output);
@@ -57,7 +61,7 @@ class TextureMaker {
       files.write(path, config);
       files.commit();
     }
-    if (!is_there) print_error(fmt::format("making {} from {}\n", output, path));
+    if (!is_there) result_.say(fmt::format("making {} from {}", output, path));
     std::vector<std::string> words = {program_, "generate", path, "-o", output, "--progress", "none"};
     for (const std::string& change : changes) words.insert(words.end(), {"--set", change});
     if (threads_ > 0) words.insert(words.end(), {"--threads", std::to_string(threads_)});
@@ -71,28 +75,39 @@ class TextureMaker {
  private:
   std::string program_;
   int threads_;
+  const ResultOptions& result_;
   StopSignals signals_;
 };
 
 std::vector<render::Noise> open_noises(const render::Scene& scene, const RenderArguments& arguments) {
   const std::string folder =
       arguments.noises.empty() ? (fs::path(arguments.folder) / "noise").string() : arguments.noises;
-  TextureMaker maker(program_beside(), arguments.threads);
+  TextureMaker maker(program_beside(), arguments.threads, arguments.result);
   std::vector<render::Noise> noises;
   for (const render::NoiseSpec& spec : scene.noises) {
     noises.push_back(render::open_noise(spec, folder, std::ref(maker)));
-    for (const std::string& note : noises.back().notes) fmt::print("note: noise \"{}\": {}\n", spec.name, note);
+    for (const std::string& note : noises.back().notes)
+      if (!arguments.result.quiet) print_error(fmt::format("note: noise \"{}\": {}\n", spec.name, note));
   }
   return noises;
 }
 
-int print_expectations(const std::vector<render::ExpectationResult>& results) {
+// What is printed at the end, as text and as members of an object; and whether all hold.
+struct ExpectationWords {
+  std::string text;
+  std::string json;
   bool all_hold = true;
+};
+
+ExpectationWords words_of(const std::vector<render::ExpectationResult>& results) {
+  ExpectationWords words;
   for (const render::ExpectationResult& one : results) {
-    fmt::print("{:<9}  {}\n           {}\n", render::to_string(one.outcome), one.text, one.found);
-    all_hold = all_hold && one.outcome == render::Outcome::holds;
+    words.text += fmt::format("{:<9}  {}\n           {}\n", render::to_string(one.outcome), one.text, one.found);
+    words.json += (words.json.empty() ? "" : ", ") +
+                  json_object({{"outcome", render::to_string(one.outcome)}, {"text", one.text}, {"found", one.found}});
+    words.all_hold = words.all_hold && one.outcome == render::Outcome::holds;
   }
-  return all_hold ? 0 : exit_expectation;
+  return words;
 }
 
 int run_plan(const render::Scene& scene) {
@@ -130,10 +145,14 @@ int run_render(const RenderArguments& arguments) {
   output.commit();
   std::vector<render::PlannedPass> planned;
   for (const render::PassResult& pass : result.passes) planned.push_back(pass.planned);
-  fmt::print("{}\n{}\n", render::plan_text(planned), render::results_text(result));
-  const int status = print_expectations(expectations);
-  fmt::print("wrote {}\n", in_folder("report.html"));
-  return status;
+  const ExpectationWords words = words_of(expectations);
+  const std::string report = in_folder("report.html");
+  print_result(
+      arguments.result,
+      fmt::format("{}\n{}\n{}wrote {}\n", render::plan_text(planned), render::results_text(result), words.text, report),
+      fmt::format("{{\"report\": {}, \"results\": {}, \"expectations\": [{}]}}\n", json_string(report),
+                  json_string(in_folder("results.csv")), words.json));
+  return words.all_hold ? 0 : exit_expectation;
 }
 
 }  // namespace
@@ -152,6 +171,7 @@ void add_render(CLI::App& app, int& status) {
   command->add_option("--threads", arguments->threads, "Threads; all processors if not given")
       ->check(CLI::PositiveNumber);
   command->add_flag("--overwrite", arguments->overwrite, "Replace files that exist");
+  add_result_options(*command, arguments->result, ShowsProgress::yes);
   command->add_flag("--help-scene", arguments->help_scene, "Every setting of a scene");
   command->footer(
       "A scene names effects, noises and filters. Only what it names is simulated; truth is the exact mean of the "

@@ -17,6 +17,7 @@
 #include "noiseloom/measure/quality.h"
 #include "noiseloom/measure/score_file.h"
 #include "noiseloom/samples/sample_space.h"
+#include "noiseloom_options.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {
@@ -24,7 +25,7 @@ namespace {
 
 struct ScoreArguments {
   TextureArguments texture;
-  bool json = false;
+  ResultOptions result;
   bool slices = false;
 };
 
@@ -170,15 +171,14 @@ void run_score(const ScoreArguments& arguments) {
   for (const std::string& name : names) {
     try {
       const Scored scored = score_one(arguments.texture, name, pool);
-      if (!text.empty()) text += arguments.json ? ",\n " : "\n";
-      text += arguments.json ? score_json(scored, arguments.slices) : score_text(scored, arguments.slices);
+      if (!text.empty()) text += arguments.result.json ? ",\n " : "\n";
+      text += arguments.result.json ? score_json(scored, arguments.slices) : score_text(scored, arguments.slices);
     } catch (const UserError& error) {
       faults.insert(faults.end(), error.faults().begin(), error.faults().end());
     }
   }
   throw_if_any(std::move(faults));
-  if (arguments.json) text = names.size() == 1 ? text + "\n" : "[" + text + "]\n";
-  fmt::print("{}", text);
+  print_result(arguments.result, text, names.size() == 1 ? text + "\n" : "[" + text + "]\n");
 }
 
 }  // namespace
@@ -187,7 +187,7 @@ void add_score(CLI::App& app) {
   const auto arguments = std::make_shared<ScoreArguments>();
   auto* const command = app.add_subcommand("score", "Relative error R of run files or of anybody's images");
   add_texture_arguments(*command, arguments->texture);
-  command->add_flag("--json", arguments->json, "One JSON object");
+  add_result_options(*command, arguments->result, ShowsProgress::no, "of several files a list of them");
   command->add_flag("--slices", arguments->slices, "Also slice by slice");
   command->footer(
       "R is the mean squared error that is left after the filter, over random step integrands; white noise has 1.\n"

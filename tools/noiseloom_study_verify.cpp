@@ -6,6 +6,7 @@
 
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/measure/verify.h"
+#include "noiseloom_options.h"
 #include "noiseloom_study.h"
 
 namespace noiseloom {
@@ -15,7 +16,7 @@ constexpr int exit_something_wrong = 3;
 
 struct VerifyArguments {
   TextureArguments texture;
-  bool json = false;
+  ResultOptions result;
 };
 
 int run_verify(const VerifyArguments& arguments) {
@@ -29,15 +30,14 @@ int run_verify(const VerifyArguments& arguments) {
       const StoredTexture stored = load_stored_texture(name, config, arguments.texture.reading);
       const Verification verification = verify_texture(stored, name, config.has_value(), pool);
       sound = sound && verification.is_sound();
-      if (!text.empty()) text += arguments.json ? ",\n " : "\n";
-      text += (arguments.json ? verification_json : verification_text)(verification, stored, name);
+      if (!text.empty()) text += arguments.result.json ? ",\n " : "\n";
+      text += (arguments.result.json ? verification_json : verification_text)(verification, stored, name);
     } catch (const UserError& error) {
       faults.insert(faults.end(), error.faults().begin(), error.faults().end());
     }
   }
   throw_if_any(std::move(faults));
-  if (arguments.json) text = arguments.texture.files.size() == 1 ? text + "\n" : "[" + text + "]\n";
-  fmt::print("{}", text);
+  print_result(arguments.result, text, arguments.texture.files.size() == 1 ? text + "\n" : "[" + text + "]\n");
   return sound ? 0 : exit_something_wrong;
 }
 
@@ -47,7 +47,7 @@ void add_verify(CLI::App& app, int& status) {
   const auto arguments = std::make_shared<VerifyArguments>();
   auto* const command = app.add_subcommand("verify", "What a texture is, and what is wrong with it");
   add_texture_arguments(*command, arguments->texture);
-  command->add_flag("--json", arguments->json, "One JSON object");
+  add_result_options(*command, arguments->result, ShowsProgress::no, "of several files a list of them");
   command->footer(
       "Says what it takes a file for, and why; then looks at range, support and unit length, the histogram of all "
       "slices and\n"

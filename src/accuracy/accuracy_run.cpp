@@ -14,6 +14,8 @@
 #include "accuracy/accuracy_score.h"
 #include "noiseloom/accuracy/accuracy_report.h"
 #include "noiseloom/core/child_process.h"
+#include "noiseloom/core/console.h"
+#include "noiseloom/core/json.h"
 #include "noiseloom/files/generations.h"
 #include "noiseloom/files/output_files.h"
 #include "noiseloom/files/run_file.h"
@@ -65,6 +67,7 @@ class Study {
   void remove_run(const std::string& file) const;
   AccuracyEnd finish(const std::vector<LeftOut>& left_out);
   AccuracyEnd stop();
+  void print_end(std::size_t num_left_out) const;
 
   const AccuracyOptions& options_;
   std::vector<Fault> faults_;
@@ -233,8 +236,8 @@ void Study::add_run(const AccuracyPoint& point, const std::string& file, double 
   if (!options_.keep) remove_run(file);
   publish("Still running", not_yet("has not run yet"));
   if (row.runs < options_.seeds) return;
-  fmt::print("{:<52} {:>12}   R {}\n", describe_row(row), seconds_text(row.seconds), error_with_spread(row));
-  std::fflush(stdout);
+  options_.say(
+      fmt::format("{:<52} {:>12}   R {}", describe_row(row), seconds_text(row.seconds), error_with_spread(row)));
 }
 
 // One run more of the point. False when it was asked to stop.
@@ -264,27 +267,38 @@ bool Study::run_point(const AccuracyPoint& point) {
 
 AccuracyEnd Study::stop() {
   publish("Stopped by a signal; --resume goes on", not_yet("had not run when the command was stopped"));
-  fmt::print("stopped by a signal after {} point{}; everything is saved in {}; go on with --resume\n", rows_.size(),
-             rows_.size() == 1 ? "" : "s", options_.folder);
+  if (!options_.quiet)
+    print_error(fmt::format("stopped by a signal after {} point{}; everything is saved in {}; go on with --resume\n",
+                            rows_.size(), rows_.size() == 1 ? "" : "s", options_.folder));
   return AccuracyEnd::stopped;
 }
 
 AccuracyEnd Study::finish(const std::vector<LeftOut>& left_out) {
   publish("Complete", left_out);
-  fmt::print("\n");
-  if (rows_.empty()) fmt::print("no point fits into the budget of {}\n", seconds_text(options_.budget_s));
-  if (!rows_.empty())
-    for (const std::string& sentence : accuracy_sentences(rows_)) fmt::print("{}\n", sentence);
-  fmt::print("{} points ran, {} were left out; wrote {}\n", rows_.size(), left_out.size(), path("report.html"));
+  if (!options_.quiet) print_end(left_out.size());
   return AccuracyEnd::complete;
+}
+
+void Study::print_end(std::size_t num_left_out) const {
+  std::vector<std::string> sentences = {
+      fmt::format("no point fits into the budget of {}", seconds_text(options_.budget_s))};
+  if (!rows_.empty()) sentences = accuracy_sentences(rows_);
+  std::string list;
+  for (const std::string& sentence : sentences)
+    list += options_.json ? (list.empty() ? "" : ", ") + json_string(sentence) : sentence + "\n";
+  if (!options_.json) {
+    fmt::print("{}{} points ran, {} were left out; wrote {}\n", list, rows_.size(), num_left_out, path("report.html"));
+    return;
+  }
+  fmt::print("{{\"points\": {}, \"left_out\": {}, \"table\": {}, \"report\": {}, \"sentences\": [{}]}}\n", rows_.size(),
+             num_left_out, json_string(path("accuracy.csv")), json_string(path("report.html")), list);
 }
 
 AccuracyEnd Study::run() {
   load();
   claim();
-  fmt::print("{}: {} of {} used, {} points so far\n", options_.config, seconds_text(spent_s()),
-             seconds_text(options_.budget_s), rows_.size());
-  std::fflush(stdout);
+  options_.say(fmt::format("{}: {} of {} used, {} points so far", options_.config, seconds_text(spent_s()),
+                           seconds_text(options_.budget_s), rows_.size()));
   AccuracyEnd end = AccuracyEnd::stopped;
   for (;;) {
     if (signals_.come()) {

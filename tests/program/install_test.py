@@ -3,6 +3,7 @@
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 
 from support import SOURCE, ProgramTest, main
@@ -39,17 +40,18 @@ class Install(ProgramTest):
         return set(done.stdout.split())
 
     def commands(self):
-        return set(re.findall(r"^  noiseloom ([a-z]+) ", self.run_program("--help").stdout, re.MULTILINE))
+        return set(re.findall(r"^  noiseloom ([a-z][-a-z]*) ", self.run_program("--help").stdout, re.MULTILINE))
 
     def options_of(self, command):
         text = self.run_program(command, "--help").stdout
-        return set(re.findall(r"^  (?:-\w,)?(--[-a-z]+)", text, re.MULTILINE))
+        return set(re.findall(r"^  (?:-\w,)?(--[-a-zA-Z]+)", text, re.MULTILINE))
 
     def test_files(self):
         names = {str(path.relative_to(self.prefix)) for path in self.prefix.rglob("*") if path.is_file()}
         for name in ("bin/noiseloom", "bin/noiseloom-study", "share/man/man1/noiseloom.1", "share/noiseloom/configs/quick.toml",
                      "share/noiseloom/slurm/generate.sbatch", "share/doc/noiseloom/LICENSE",
-                     "share/bash-completion/completions/noiseloom"):
+                     "share/bash-completion/completions/noiseloom", "share/zsh/site-functions/_noiseloom",
+                     "share/fish/vendor_completions.d/noiseloom.fish"):
             self.assertIn(name, names)
         for name in names:
             if name.startswith("share/noiseloom/configs/"):
@@ -77,6 +79,11 @@ class Install(ProgramTest):
         self.assertIn(self.run_program("--help-config").stdout, plain)
         requests = {line.split()[0] for line in page.splitlines() if line.startswith((".", "'"))}
         self.assertEqual(requests, {".TH", ".SH", ".SS", ".nf", ".fi"})
+        pages = {path.stem for path in (self.prefix / "share/man/man1").iterdir()}
+        self.assertEqual(pages, {"noiseloom"} | {f"noiseloom-{command}" for command in self.commands()})
+        own = (self.prefix / "share/man/man1/noiseloom-export.1").read_text().replace("\\-", "-").replace("\\&", "")
+        self.assertIn(self.run_program("export", "--help").stdout, own)
+        self.assertIn("noiseloom-export - run file to images", own)
 
     def test_completion_proposes_what_the_program_knows(self):
         commands = self.complete("")
@@ -88,6 +95,30 @@ class Install(ProgramTest):
             self.assertEqual(self.complete(command, "--"), self.options_of(command), command)
         self.assertEqual(self.complete("generate", "--res"), {"--resume"})
         self.assertEqual(self.complete("generate", "run"), set())  # files, which bash itself proposes
+
+    def complete_in(self, shell, script, *words):
+        """What zsh or fish proposes for the last of these words."""
+        done = subprocess.run([shutil.which(shell), *script, *words], capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        return {line.split("\t")[0] for line in done.stdout.splitlines()}
+
+    def test_completion_of_zsh_and_fish_is_that_of_bash(self):
+        program = str(self.prefix / "bin/noiseloom")
+        # zsh's own part, which shows what it is given, is left out.
+        zsh = ["-f", "-c", 'compadd() { print -l -- ${(P)@[-1]} }; _files() { print FILES }; words=("$@"); CURRENT=$#; '
+               f"source {self.prefix}/share/zsh/site-functions/_noiseloom", "zsh"]
+        for words in ([""], ["generate", "--"], ["fastnoise", "-"]):
+            expected = self.complete(*words)
+            with self.subTest(shell="zsh", words=words):
+                if shutil.which("zsh") is None:
+                    self.skipTest("zsh is not installed")
+                self.assertEqual({word for word in self.complete_in("zsh", zsh, program, *words) if word.startswith(words[-1])}, expected)
+            with self.subTest(shell="fish", words=words):
+                if shutil.which("fish") is None:
+                    self.skipTest("fish is not installed")
+                line = " ".join([program, *words])
+                fish = ["--no-config", "-c", f'source {self.prefix}/share/fish/vendor_completions.d/noiseloom.fish; complete -C "{line}"']
+                self.assertEqual(self.complete_in("fish", fish), expected)
 
     def test_uninstall_leaves_what_is_somebody_elses(self):
         other = self.prefix / "share" / "somebody" / "else.txt"

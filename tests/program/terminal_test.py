@@ -81,6 +81,23 @@ class Terminal(ProgramTest):
         done = self.generate("--quiet", "--time-limit", "0.001s", expect=75)
         self.assertEqual((done.stdout, done.stderr), ("", ""))
 
+    def test_results_of_all_commands_are_asked_for_alike(self):
+        general = self.run_program("--help").stdout
+        for command in set(re.findall(r"^  noiseloom ([a-z][-a-z]*) ", general, re.MULTILINE)):
+            text = self.run_program(command, "--help").stdout
+            self.assertRegex(text, r"--quiet +print nothing but warnings and errors, not even the result", command)
+            self.assertRegex(text, r"--json +the result as one JSON object", command)
+        result = json.loads(self.generate("--progress", "none", "--json").stdout)
+        self.assertEqual(result["output"], "run.h5")
+        info = self.info("run.h5")
+        self.assertEqual(result["checksum"], info["checksums"]["/samples"])
+        self.assertEqual(result["relative_error"], info["state"]["relative_error"])
+        for words in (["info", "run.h5"], ["plan", self.config], ["export", "run.h5", "-o", "x.npy", "--overwrite"],
+                      ["score", "run.h5"], ["verify", "run.h5"], ["compare", "run.h5", "run.h5"],
+                      ["analyze", "run.h5", "-o", "report", "--overwrite"]):
+            self.assertEqual(self.run_program(*words, "--quiet", expect=None).stdout, "", words)
+            self.assertIsInstance(json.loads(self.run_program(*words, "--json", expect=None).stdout), dict, words)
+
     def test_the_start_says_what_takes_its_time(self):
         self.assertRegex(self.generate("--progress", "plain").stderr, r"start: .*score.*\nstarted in [\d.]+ s at iteration 0, R \d")
 

@@ -11,6 +11,7 @@
 //   DIR/runs/          the run file of a point while it is needed, or all of them (`keep`)
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,10 @@ struct AccuracyOptions {
   bool resume = false;
   bool overwrite = false;
   bool keep = false;
-  ReportOrigin origin = {};  // what the page says of itself
+  ReportOrigin origin = {};                                                      // what the page says of itself
+  std::function<void(const std::string& line)> say = [](const std::string&) {};  // progress, a line a point
+  bool quiet = false;                                                            // no result, and no word of a stop
+  bool json = false;                                                             // the result as an object
 };
 
 enum class AccuracyEnd { complete, stopped };
