@@ -206,6 +206,13 @@ CONFIGS = {
         'texture.size = { x = 19, y = 16, t = 7 }\nfilter.combine = "sum"\n'
         'filter.groups = [{ axes = "xy", kernel = "gauss-energy", sigma = 1.5 },\n'
         '                 { axes = "xyt", kernel = "gauss-energy", sigma = 1.5, box = "t", box_size = 3 }]\n' + ORDER,
+    "order, tiles":
+        'texture.size = { x = 17, y = 14, k = 5 }\n'
+        'filter.groups = [{ axes = "xyk", kernel = "gauss-energy", sigma = 1.5, tiles = "k" }]\n' + ORDER,
+    "order, with a tail":
+        'texture.size = { x = 21, y = 18, t = 3 }\nfilter.combine = "sum"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss-energy", sigma = 1.5, tail = 1e-3 },\n'
+        '                 { axes = "t", kernel = "gauss-energy", sigma = 0.8 }]\n' + ORDER,
     "nets":
         'texture.size = { x = 16, y = 8, t = 4 }\ntexture.samples = "sobol-owen"\n' + BOX_EMA + ANNEAL,
     "nets of scalars, constructed":
