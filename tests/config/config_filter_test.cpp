@@ -37,10 +37,11 @@ TEST(ConfigFilter, TilesAndTailsAreOfOrdersAlone) {
   const std::string group = "run.toml:8: filter.groups[0].";
   const auto of_order = [](const std::string& axes, const std::string& keys) {
     ConfigText config;
-    config.combine = "sum";
+    config.combine = "combine = \"sum\"";
     config.first = "{ axes = \"" + axes + "\", kernel = \"gauss-energy\", " + keys + " }";
     config.second = "{ axes = \"t\", kernel = \"gauss-energy\" }";
-    config.optimizer = "method = \"void-and-cluster\"\n";
+    config.energy = "";
+    config.optimizer = "method = \"void-and-cluster\"";
     return faults_of(config.text());
   };
   EXPECT_THAT(of_order("xyt", "tiles = \"t\", tail = 0.01, tail_power = 2"), IsEmpty());
@@ -51,7 +52,7 @@ TEST(ConfigFilter, TilesAndTailsAreOfOrdersAlone) {
   EXPECT_THAT(of_order("xyt", "tiles = \"t\", box = \"t\", box_size = 2"),
               ElementsAre(group + "tiles = \"t\": axis \"t\" is in box already"));
   EXPECT_THAT(of_order("xyt", "tail_power = 2"),
-              ElementsAre(group + "tail_power = 2.0: is of a tail, but there is no tail"));
+              ElementsAre(group + "tail_power = 2: is of a tail, but there is no tail"));
   EXPECT_THAT(of_order("xyt", "tail = 2"), ElementsAre(HasSubstr("filter.groups[0].tail = 2")));
   ConfigText annealed;
   annealed.first = "{ axes = \"xy\", kernel = \"gauss-energy\", tail = 0.1 }";

@@ -292,6 +292,8 @@ CHECKSUMS = {
     "densities of an image, onto the sphere": ("6bd4d7276bec34ed",),
     "densities of an image, onto the disk": ("65bb06f074a592c2",),
     "order, the sum of three slices in a row": ("c24f3b2cff84520b", "87f3e75751555459"),
+    "order, tiles": ("64f3e14da37fca17", "98eecc9c163ced50"),
+    "order, with a tail": ("a0c6fbd699ccfabf", "8f2f0b182456ab8d"),
     "nets": ("d512cc70a12dd67e",),
     "nets of scalars, constructed": ("0ef759e60d7a76d6",),
     "auto, constructed, annealed in the cold": ("7b1683df58176a13",),

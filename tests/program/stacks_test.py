@@ -109,8 +109,12 @@ class Stacks(ProgramTest):
             return d.min() / (SIZE * numpy.sqrt(2 / (numpy.sqrt(3) * count)))  # of the densest packing
 
         with_tail = PLANE.replace("sigma = 1.9", "sigma = 1.9, tail = 1e-3")
-        self.assertGreater(closest(self.mask(with_tail), 16), 0.75)
-        self.assertLess(closest(self.mask(PLANE), 16), 0.7)
+        means = []
+        for text in (PLANE, with_tail):
+            masks = [self.mask(text, "--set", f"texture.seed={seed}") for seed in (1, 2, 3)]
+            means.append(numpy.mean([closest(mask, count) for mask in masks for count in (4, 8, 16)]))
+        self.assertLess(means[0], 0.65)
+        self.assertGreater(means[1], 0.75)
 
 
 if __name__ == "__main__":
