@@ -28,6 +28,7 @@ constexpr const char* usage =
 value whose error your denoiser removes best.
 
   noiseloom generate CONFIG.toml -o RUN.h5     make a texture (alone or under mpirun/srun)
+  noiseloom bank BANK.toml -o DIR              many textures: seeds, or a matrix of settings, over one config
   noiseloom plan CONFIG.toml [--ranks N]       memory, messages and time, before a long run
   noiseloom info RUN.h5                        what a run file holds and how far it got
 
@@ -46,13 +47,16 @@ value whose error your denoiser removes best.
   noiseloom COMMAND --help                     the options of a command
   noiseloom --help-config                      every setting of a config
   noiseloom render --help-scene                every setting of a scene
+  noiseloom bank --help-bank                   every setting of a bank
   noiseloom --version
 
 A first texture:
   noiseloom generate configs/quick.toml -o quick.h5 && noiseloom export quick.h5 -o quick
 
 Exit status: 0 done; 1 the environment failed (disk, MPI); 2 the input is wrong (nothing was started); 3 what a
-scene expects did not come out, or verify found something wrong; 75 stopped early with everything saved: run the same command again with --resume.
+scene expects did not come out, or verify found something wrong; 75 stopped early with everything saved: run the same
+command again, generate and accuracy with --resume; 76 a rank was lost or stuck: run it again with --resume, what was
+saved last is whole.
 )";
 
 const std::vector<std::string>& study_commands() {
@@ -83,7 +87,8 @@ std::string command_for_file(const std::string& word) {
 
 int unknown_command(const std::string& word) {
   std::vector<std::string> known = study_commands();
-  known.insert(known.end(), {"generate", "plan", "info", "help", "version", "--help", "--help-config", "--version"});
+  known.insert(known.end(),
+               {"generate", "bank", "plan", "info", "help", "version", "--help", "--help-config", "--version"});
   const std::string near = nearest_word(word, known);
   const std::string for_file = command_for_file(word);
   std::string meant = near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near);
@@ -134,6 +139,7 @@ int run(int argc, char** argv) {
     command = argv[1];
   }
   if (command == "generate") return run_generate(argc, argv);
+  if (command == "bank") return run_bank(argc, argv);
   if (is_one_of(command, study_commands())) return run_study(argv);
   return run_printing(command, argc, argv);
 }

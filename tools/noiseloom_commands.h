@@ -13,6 +13,7 @@ inline constexpr int exit_user = 2;
 inline constexpr int exit_stopped = 75;
 
 int run_generate(int& argc, char**& argv);
+int run_bank(int& argc, char**& argv);
 int run_plan(int argc, char** argv);
 int run_info(int argc, char** argv);
 

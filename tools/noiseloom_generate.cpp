@@ -19,6 +19,7 @@
 #include "noiseloom_commands.h"
 #include "noiseloom_images.h"
 #include "noiseloom_options.h"
+#include "noiseloom_watchdog.h"
 
 namespace noiseloom {
 namespace {
@@ -30,6 +31,7 @@ struct Words {
   std::string time_limit;
   std::string checkpoint_every;
   std::string threads;
+  std::string watchdog = "auto";
   ResultOptions result;
 };
 
@@ -64,6 +66,7 @@ void describe_options(CLI::App& app, GenerateRequest& request, Words& words) {
   app.add_option("--checkpoint-every", words.checkpoint_every, "save this often (default 10m)");
   app.add_option("--threads", words.threads,
                  "threads of each rank (default: the node's processors shared by its ranks)");
+  app.add_option("--watchdog", words.watchdog, watchdog_help);
   add_result_options(app, words.result, ShowsProgress::yes);
   app.footer(
       "Under MPI: mpirun -n 4 noiseloom generate CONFIG -o RUN.h5. A signal (USR1, USR2, TERM, INT, HUP, XCPU) or a "
@@ -86,6 +89,7 @@ std::optional<int> read_command_line(int argc, char** argv, bool is_root, Genera
   if (!words.checkpoint_every.empty()) {
     request.loop.checkpoint_every_s = seconds_of("--checkpoint-every", words.checkpoint_every);
   }
+  request.watch = watch_settings_of(words.watchdog);
   if (!words.threads.empty()) request.threads = threads_of(words.threads);
   if (request.resume && request.overwrite) {
     throw UserError("command line", "--resume and --overwrite exclude each other");

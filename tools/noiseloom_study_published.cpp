@@ -171,9 +171,24 @@ int make_line(PublishedLine& line) {
 
 }  // namespace
 
+namespace {
+
+PublishedLine line_of(const PublishedProgram& program, const std::vector<std::string>& words) {
+  try {
+    return program.read(words);
+  } catch (const UserError& error) {
+    std::vector<Fault> faults = error.faults();
+    if (faults.back().where == "command line")
+      faults.back().text += fmt::format("; see noiseloom {} --help", program.name);
+    throw UserError(std::move(faults));
+  }
+}
+
+}  // namespace
+
 int run_published(const std::string& command, const std::vector<std::string>& words) {
   const PublishedProgram& program = *find_published_program(command);
-  PublishedLine line = program.read(words);
+  PublishedLine line = line_of(program, words);
   if (line.extras.help) {
     fmt::print("{}", program.help);
     return 0;

@@ -114,6 +114,7 @@ int run_plan(const render::Scene& scene) {
   std::vector<render::Noise> noises;
   for (const render::NoiseSpec& spec : scene.noises) noises.push_back(render::describe_noise(spec));
   fmt::print("{}", render::plan_text(render::plan_passes(render::all_passes(), scene, noises)));
+  for (const std::string& note : render::notes_of_reading(scene, noises)) fmt::print("note: {}\n", note);
   return 0;
 }
 
@@ -128,7 +129,8 @@ int run_render(const RenderArguments& arguments) {
   refuse_unfit_folder(arguments.folder);
   OutputFiles output(posix_file_ops(), arguments.overwrite);
   const auto in_folder = [&](const char* name) { return (fs::path(arguments.folder) / name).string(); };
-  output.check({in_folder("results.csv"), in_folder("curves.csv"), in_folder("plan.json"), in_folder("report.html")});
+  output.check({in_folder("results.csv"), in_folder("curves.csv"), in_folder("spectra.csv"), in_folder("plan.json"),
+                in_folder("report.html")});
   // Of pictures nobody knows before the end how they are called.
   for (const char* name : {"pictures", "page"}) {
     std::error_code absent;
@@ -137,6 +139,9 @@ int run_render(const RenderArguments& arguments) {
     }
   }
   const std::vector<render::Noise> noises = open_noises(scene, arguments);
+  if (!arguments.result.quiet)
+    for (const std::string& note : render::notes_of_reading(scene, noises))
+      print_error(fmt::format("note: {}\n", note));
   ThreadPool pool(arguments.threads > 0 ? arguments.threads : num_available_processors());
   const render::Result result = render::render(scene, noises, pool);
   const std::vector<render::ExpectationResult> expectations = render::check_expectations(scene, result);

@@ -1,11 +1,14 @@
 // The arguments that commands on textures share.
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "noiseloom/config/stored_config.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/files/generations.h"
 #include "noiseloom/files/run_file.h"
+#include "noiseloom/image/image_reader.h"
 #include "noiseloom/samples/sample_space.h"
 #include "noiseloom_study.h"
 
@@ -50,13 +53,15 @@ RunConfig config_from_set(const TextureArguments& arguments, const std::string& 
       suggested_extents(file, from_list ? 0 : num_channels(meaning.problem.samples), arguments.reading), overrides);
 }
 
+bool is_of_images(const std::string& file) { return has_image_extension(file) || std::filesystem::is_directory(file); }
+
 }  // namespace
 
 void add_texture_arguments(CLI::App& command, TextureArguments& arguments) {
   command.add_option("FILE", arguments.files, file_help)->required();
   command.add_option("--config", arguments.config,
                      "What the values mean: size, samples and filter. Of a run file, which knows the rest, the filter\n"
-                     "alone is taken, its axes by their names");
+                     "alone is taken, its axes by their names. PNG, EXR, TIFF and KTX2 of our own need none");
   command
       .add_option(
           "--set", arguments.overrides,
@@ -83,7 +88,12 @@ void add_texture_arguments(CLI::App& command, TextureArguments& arguments) {
 std::optional<RunConfig> config_of(const TextureArguments& arguments, const std::string& file) {
   if (!arguments.config.empty()) return load_config(arguments.config, arguments.overrides);
   if (arguments.overrides.empty()) return std::nullopt;
-  if (!looks_like_run_file(file)) return config_from_set(arguments, file);
+  if (!looks_like_run_file(file)) {
+    // What the file says of its run is changed by --set, unless that says what the values are.
+    if (is_of_images(file) && overrides_of("texture.samples", arguments.overrides).empty())
+      if (std::optional<RunConfig> own = config_in_images(file, arguments.overrides)) return own;
+    return config_from_set(arguments, file);
+  }
   const RunFileReader reader = open_to_look_at(file);
   return stored_config(reader.content(), file, arguments.overrides);
 }

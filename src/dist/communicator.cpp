@@ -11,6 +11,7 @@
 
 #include "dist/mpi_impl.h"
 #include "noiseloom/core/error.h"
+#include "noiseloom/dist/activity.h"
 #include "noiseloom/dist/launcher.h"
 
 namespace noiseloom {
@@ -23,11 +24,14 @@ constexpr std::size_t piece_bytes = std::size_t{1} << 30;
 // Stands in the place of a block's size where there is no block, as its producer failed.
 constexpr std::uint64_t no_block = ~std::uint64_t{0};
 
+Activity waiting_for_all() { return Activity(Activity::Kind::waiting, "waits for all ranks"); }
+
 void send_size(const Communicator::Impl& impl, Rank to, std::uint64_t size) {
   check_mpi(MPI_Send(&size, 1, MPI_UINT64_T, to.value(), stream_tag, impl.comm), "MPI_Send");
 }
 
 void send_block(const Communicator::Impl& impl, Rank to, std::span<const std::byte> block) {
+  const Activity sending(Activity::Kind::waiting, "sends a slice to", to);
   send_size(impl, to, block.size());
   for (std::size_t at = 0; at < block.size(); at += piece_bytes) {
     const int count = static_cast<int>(std::min(piece_bytes, block.size() - at));
@@ -37,6 +41,7 @@ void send_block(const Communicator::Impl& impl, Rank to, std::span<const std::by
 
 // False where there is no block.
 bool receive_block(const Communicator::Impl& impl, Rank from, std::vector<std::byte>& block) {
+  const Activity receiving(Activity::Kind::waiting, "waits for a slice of", from);
   std::uint64_t size = 0;
   check_mpi(MPI_Recv(&size, 1, MPI_UINT64_T, from.value(), stream_tag, impl.comm, MPI_STATUS_IGNORE), "MPI_Recv");
   if (size == no_block) return false;
@@ -122,6 +127,12 @@ Communicator Communicator::self() {
   return Communicator(std::move(impl));
 }
 
+Communicator Communicator::group_of(int size) const {
+  auto impl = std::make_unique<Impl>();
+  check_mpi(MPI_Comm_split(impl_->comm, impl_->rank / size, impl_->rank, &impl->comm), "MPI_Comm_split");
+  return Communicator(std::move(impl));
+}
+
 Rank Communicator::rank() const { return Rank(impl_->rank); }
 int Communicator::size() const { return impl_->size; }
 
@@ -139,10 +150,14 @@ void Communicator::abort(int status) const {
   std::abort();
 }
 
-void Communicator::barrier() const { check_mpi(MPI_Barrier(impl_->comm), "MPI_Barrier"); }
+void Communicator::barrier() const {
+  const Activity waiting = waiting_for_all();
+  check_mpi(MPI_Barrier(impl_->comm), "MPI_Barrier");
+}
 
 std::uint32_t Communicator::any_bits(std::uint32_t bits) const {
   if (size() == 1) return bits;
+  const Activity waiting = waiting_for_all();
   std::uint32_t all = 0;
   check_mpi(MPI_Allreduce(&bits, &all, 1, MPI_UINT32_T, MPI_BOR, impl_->comm), "MPI_Allreduce");
   return all;
@@ -150,6 +165,7 @@ std::uint32_t Communicator::any_bits(std::uint32_t bits) const {
 
 void Communicator::sum(std::span<std::int64_t> values) const {
   if (size() == 1) return;
+  const Activity waiting = waiting_for_all();
   check_mpi(
       MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_INT64_T, MPI_SUM, impl_->comm),
       "MPI_Allreduce");
@@ -163,6 +179,7 @@ std::array<std::uint64_t, 2> Communicator::least(std::array<std::uint64_t, 2> pa
 }
 
 void Communicator::broadcast(std::string& bytes) const {
+  const Activity waiting = waiting_for_all();
   std::uint64_t length = bytes.size();
   check_mpi(MPI_Bcast(&length, 1, MPI_UINT64_T, 0, impl_->comm), "MPI_Bcast");
   bytes.resize(length);
@@ -170,6 +187,7 @@ void Communicator::broadcast(std::string& bytes) const {
 }
 
 double Communicator::broadcast(double value) const {
+  const Activity waiting = waiting_for_all();
   check_mpi(MPI_Bcast(&value, 1, MPI_DOUBLE, 0, impl_->comm), "MPI_Bcast");
   return value;
 }
@@ -184,6 +202,7 @@ std::vector<double> Communicator::gather_all(const Partition& partition, std::sp
     starts[r] = partition.begin(r);
   }
   std::vector<double> all(static_cast<std::size_t>(partition.num_slices()));
+  const Activity waiting = waiting_for_all();
   check_mpi(MPI_Allgatherv(own.data(), static_cast<int>(own.size()), MPI_DOUBLE, all.data(), counts.data(),
                            starts.data(), MPI_DOUBLE, impl_->comm),
             "MPI_Allgatherv");
@@ -193,6 +212,7 @@ std::vector<double> Communicator::gather_all(const Partition& partition, std::sp
 std::vector<std::uint64_t> Communicator::gather_all(std::span<const std::uint64_t> own) const {
   std::vector<std::uint64_t> all(own.size() * static_cast<std::size_t>(size()));
   const int count = narrow<int>(own.size());
+  const Activity waiting = waiting_for_all();
   check_mpi(MPI_Allgather(own.data(), count, MPI_UINT64_T, all.data(), count, MPI_UINT64_T, impl_->comm),
             "MPI_Allgather");
   return all;
@@ -202,6 +222,7 @@ std::vector<std::byte> Communicator::gather_all(std::span<const std::byte> own) 
   if (size() == 1) return {own.begin(), own.end()};
   const int count = narrow<int>(own.size());
   std::vector<int> counts(static_cast<std::size_t>(size()));
+  const Activity waiting = waiting_for_all();
   check_mpi(MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, impl_->comm), "MPI_Allgather");
   std::vector<int> starts;
   std::int64_t total = 0;
@@ -219,6 +240,7 @@ std::vector<std::byte> Communicator::gather_all(std::span<const std::byte> own) 
 void Communicator::agree(std::exception_ptr own) const {
   const int none = size();
   int first = own ? impl_->rank : none;
+  const Activity waiting = waiting_for_all();
   check_mpi(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, impl_->comm), "MPI_Allreduce");
   if (first == none) return;
   std::string message = first == impl_->rank ? packed_failure(own) : "";
@@ -305,6 +327,7 @@ void Communicator::stream_from_root(std::span<const SliceIndex> wanted,
 }
 
 std::vector<std::pair<SliceIndex, Rank>> Communicator::requests_at_root(std::span<const SliceIndex> wanted) const {
+  const Activity waiting = waiting_for_all();
   const int own_count = narrow<int>(wanted.size());
   IndexedVector<Rank, int> counts(static_cast<std::size_t>(size()));
   check_mpi(MPI_Gather(&own_count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, impl_->comm), "MPI_Gather");

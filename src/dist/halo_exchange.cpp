@@ -4,6 +4,7 @@
 #include <map>
 
 #include "dist/mpi_impl.h"
+#include "noiseloom/dist/activity.h"
 
 namespace noiseloom {
 namespace {
@@ -89,6 +90,7 @@ void HaloExchange::wait(const std::function<void(SliceIndex, std::span<const Swa
   for (const Rank sender : impl_->senders) {
     MPI_Message handle = MPI_MESSAGE_NULL;
     MPI_Status status;
+    const Activity waiting(Activity::Kind::waiting, "waits for the swaps of", sender);
     check_mpi(MPI_Mprobe(sender.value(), halo_tag, comm, &handle, &status), "MPI_Mprobe");
     int count = 0;
     check_mpi(MPI_Get_count(&status, MPI_UINT64_T, &count), "MPI_Get_count");
@@ -107,6 +109,7 @@ void HaloExchange::wait(const std::function<void(SliceIndex, std::span<const Swa
     }
   }
   impl_->senders.clear();
+  const Activity waiting(Activity::Kind::waiting, "waits until others have its swaps");
   check_mpi(MPI_Waitall(static_cast<int>(impl_->requests.size()), impl_->requests.data(), MPI_STATUSES_IGNORE),
             "MPI_Waitall");
   impl_->requests.clear();

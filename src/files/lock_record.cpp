@@ -33,21 +33,24 @@ std::string machine_of_this_process() {
   return boot.empty() ? host_name() : boot;
 }
 
-// Field 22 of /proc/PID/stat, counted after the name, which is in brackets and may hold anything; 0 if there is no such
-// process.
-std::int64_t start_of(std::int64_t pid) {
+// /proc/PID/stat from its third field on: after the name, which is in brackets and may hold anything. Empty if there is
+// no such process.
+std::istringstream status_fields(std::int64_t pid) {
   std::ifstream file(fmt::format("/proc/{}/stat", pid));
   std::string text;
   std::getline(file, text);
-  std::istringstream words(text.substr(std::min(text.size(), text.rfind(')') + 1)));
+  return std::istringstream(text.substr(std::min(text.size(), text.rfind(')') + 1)));
+}
+
+// Field 22; 0 if there is no such process.
+std::int64_t start_of(std::int64_t pid) {
+  std::istringstream words = status_fields(pid);
   std::string word;
   for (int field = 3; field < 22; ++field) words >> word;
   std::int64_t start = 0;
   words >> start;
   return words ? start : 0;
 }
-
-bool is_running(const LockRecord& record) { return record.pid > 0 && start_of(record.pid) == record.started; }
 
 std::string now_text() {
   const std::time_t now = std::time(nullptr);
@@ -108,13 +111,22 @@ Holder judge(const LockRecord& theirs, const LockRecord& ours, SystemLock lock) 
   const bool held = lock == SystemLock::held;
   // A holder that has just started and not said who it is, or one of another program.
   if (theirs.machine.empty()) return held ? Holder::alive : Holder::dead;
-  if (theirs.machine == ours.machine) {
-    const bool alive = lock == SystemLock::unsupported ? is_running(theirs) : held;
-    return alive ? Holder::alive : Holder::dead;
-  }
   const bool predecessor =
       !theirs.slurm_job.empty() && theirs.slurm_job == ours.slurm_job && theirs.slurm_restarts < ours.slurm_restarts;
+  if (theirs.machine == ours.machine) {
+    const bool alive = lock == SystemLock::unsupported ? is_running(theirs) : held;
+    if (!alive) return Holder::dead;
+    return predecessor ? Holder::superseded : Holder::alive;
+  }
   return predecessor ? Holder::dead : Holder::unknown;
+}
+
+bool is_running(const LockRecord& record) { return record.pid > 0 && start_of(record.pid) == record.started; }
+
+bool is_suspended(const LockRecord& record) {
+  std::string state;
+  status_fields(record.pid) >> state;
+  return is_running(record) && (state == "T" || state == "t");
 }
 
 }  // namespace noiseloom

@@ -32,10 +32,19 @@ std::string to_text(const LockRecord& record);
 LockRecord parse_record(const std::string& text);
 
 enum class SystemLock { free, held, unsupported };
-enum class Holder { alive, dead, unknown };
+enum class Holder {
+  alive,
+  dead,
+  superseded,  // lives on this machine still, but the batch system has started its job anew: this process
+  unknown,     // only its heartbeat can tell
+};
 
-// What can be said of the holder of a lock file at once; unknown where only its heartbeat can tell. `lock` is what the
-// system said when we tried to lock the file.
+// What can be said of the holder of a lock file at once. `lock` is what the system said when we tried to lock the file.
 Holder judge(const LockRecord& theirs, const LockRecord& ours, SystemLock lock);
+
+// Whether the process of a holder on this machine still lives.
+bool is_running(const LockRecord& record);
+// Whether it is suspended (SIGSTOP), so that it does not end by itself.
+bool is_suspended(const LockRecord& record);
 
 }  // namespace noiseloom

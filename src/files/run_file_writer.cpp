@@ -238,13 +238,17 @@ void RunFileWriter::write_slice(int dataset, SliceIndex slice, std::span<const s
   target.written[index] = true;
 }
 
-void RunFileWriter::publish() {
+void RunFileWriter::complete() {
   const hdf5::Quiet quiet;
   impl_->write_checksums();
   impl_->close_hdf5();
   impl_->write_block();
   impl_->ops.sync(impl_->fd);
   impl_->ops.close(std::exchange(impl_->fd, -1));
+}
+
+void RunFileWriter::publish() {
+  if (impl_->fd >= 0) complete();
   publish_generation(impl_->ops, impl_->temporary, impl_->path);
   impl_->published = true;
 }

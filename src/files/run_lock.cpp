@@ -160,9 +160,10 @@ struct RunLock::Impl {
 
   bool try_to_hold(const std::function<void(const std::string&)>& say);
   bool falls_silent(const Sight& first, const std::function<void(const std::string&)>& say) const;
+  bool ends_in_time(const LockRecord& theirs, const std::function<void(const std::string&)>& say) const;
   std::string side_path() const { return path + ".tmp-" + ours.number; }  // as a temporary, in case we are killed
   nanoseconds file_system_time() const;
-  bool replace_lock_file(const Sight& seen);
+  bool replace_lock_file(const std::function<bool(const std::optional<Sight>&)>& is_as_seen);
   void write_record(int fd) const;
   void start_beating();
   void stop_beating();
@@ -194,12 +195,18 @@ bool RunLock::Impl::try_to_hold(const std::function<void(const std::string&)>& s
     holder = falls_silent(seen, say) ? Holder::dead : Holder::alive;
     if (lock != SystemLock::held && !still_there(file.fd(), lock_path)) return false;
   }
+  if (holder == Holder::superseded && ends_in_time(theirs, say)) return false;
   if (holder == Holder::alive) {
     const std::string who = theirs.holder.empty() ? "a run that has just started" : theirs.holder;
-    throw UserError(path, "another run is writing it: " + who + "; wait for it or stop it first");
+    throw OutputHeld(path, "another run is writing it: " + who + "; wait for it or stop it first");
   }
   // A lock that the server keeps for a dead node lies on the file: a new file has none.
-  if (lock == SystemLock::held) return replace_lock_file(seen);
+  if (lock == SystemLock::held) {
+    return replace_lock_file([&](const std::optional<Sight>& now) {
+      if (holder != Holder::superseded) return now == std::optional<Sight>(seen);
+      return now && parse_record(now->text).number == theirs.number;  // it may beat on
+    });
+  }
   write_record(file.fd());
   return true;
 }
@@ -214,9 +221,10 @@ nanoseconds RunLock::Impl::file_system_time() const {
 }
 
 bool RunLock::Impl::falls_silent(const Sight& first, const std::function<void(const std::string&)>& say) const {
+  // However long ago the last beat seems to be: where that clock has just jumped, the next one tells.
+  const nanoseconds least = timing.beat + timing.beat / 2;
   const nanoseconds silent_before = std::max(nanoseconds(0), file_system_time() - first.changed);
-  if (silent_before >= timing.silence) return true;
-  const nanoseconds left = timing.silence - silent_before;
+  const nanoseconds left = std::max(least, nanoseconds(timing.silence) - silent_before);
   if (say) {
     say(fmt::format("{}: held by {}, last heard of {:.0f} s ago; waiting up to {:.0f} s to see whether it still lives",
                     path, parse_record(first.text).holder, std::chrono::duration<double>(silent_before).count(),
@@ -232,7 +240,21 @@ bool RunLock::Impl::falls_silent(const Sight& first, const std::function<void(co
   return true;
 }
 
-bool RunLock::Impl::replace_lock_file(const Sight& seen) {
+// Whether our predecessor on this machine, which the batch system holds to be over, frees its lock.
+bool RunLock::Impl::ends_in_time(const LockRecord& theirs, const std::function<void(const std::string&)>& say) const {
+  if (say)
+    say(fmt::format("{}: held by {}, which this job has been started anew after; taking over", path, theirs.holder));
+  const auto end = steady_clock::now() + timing.dying;
+  while (steady_clock::now() < end && !is_suspended(theirs)) {
+    std::this_thread::sleep_for(timing.dying / 100);
+    const std::optional<Sight> now = look_at(lock_path);
+    if (!now || parse_record(now->text).number != theirs.number) return true;
+    if (enforced ? try_lock(file.fd(), lock_path) == SystemLock::free : !is_running(theirs)) return true;
+  }
+  return false;
+}
+
+bool RunLock::Impl::replace_lock_file(const std::function<bool(const std::optional<Sight>&)>& is_as_seen) {
   Descriptor fresh = open_or_none(side_path(), O_RDWR | O_CREAT | O_EXCL);
   if (fresh.fd() < 0) {
     throw EnvironmentError(side_path() + ": cannot create: " + std::system_category().message(errno));
@@ -240,7 +262,7 @@ bool RunLock::Impl::replace_lock_file(const Sight& seen) {
   try {
     try_lock(fresh.fd(), side_path());
     write_record(fresh.fd());
-    if (look_at(lock_path) != std::optional<Sight>(seen)) {  // somebody else did the same just now
+    if (!is_as_seen(look_at(lock_path))) {  // somebody else did the same just now, or its holder came back to life
       ::unlink(side_path().c_str());
       return false;
     }
@@ -313,6 +335,7 @@ RunLock::RunLock(const std::string& path, const std::function<void(const std::st
     : impl_(std::make_unique<Impl>(path, say, timing)) {}
 RunLock::~RunLock() = default;
 bool RunLock::enforced() const { return impl_->enforced; }
+const std::string& RunLock::number() const { return impl_->ours.number; }
 
 void confirm_output(const std::string& path) {
   const std::lock_guard guard(registry_mutex);

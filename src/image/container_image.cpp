@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "image/container_writers.h"
+#include "image/provenance.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/image/image_io.h"
 
@@ -23,7 +24,8 @@ class ImageContainerWriter : public ContainerWriter {
     image.num_blocks = (job.num_slices + job.columns - 1) / job.columns;
     image.stacking = job.layout == ExportLayout::parts ? Stacking::parts : Stacking::down;
     image.description = job.description;
-    image.facts = job.facts;
+    if (job.holds_samples) image.facts = reading_facts(job);
+    image.facts.insert(image.facts.end(), job.facts.begin(), job.facts.end());
     for (SliceIndex s = 0; s < job.num_slices; ++s)
       image.part_names.push_back(fmt::format("slice{}", job.first_slice + s));
     row_bytes_ = job.slice.num_bytes() / static_cast<std::size_t>(job.slice.height);

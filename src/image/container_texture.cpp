@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "image/container_writers.h"
+#include "image/provenance.h"
 #include "image/texel_formats.h"
 #include "image/texture_bytes.h"
 #include "noiseloom/core/error.h"
@@ -110,6 +111,8 @@ class Ktx2Writer : public HeadedWriter {
                                                               {"KTXwriter", "noiseloom"},
                                                               {"noiseloom.description", job.description},
                                                               {"noiseloom.value", job.decoding}};
+    if (job.holds_samples)
+      for (const auto& [key, value] : reading_facts(job)) pairs.emplace_back("noiseloom." + key, value);
     for (const auto& [key, value] : job.facts) pairs.emplace_back("noiseloom." + key, value);
     const std::string keys = key_values(std::move(pairs));
     const std::size_t keys_at = index_end + descriptor.size();

@@ -193,6 +193,7 @@ void write_output(OutputFiles& files, const ExportPlan& plan, const ExportOutput
                output.pixel.names,
                output.pixel.alpha};
   job.decoding = decoding(plan, output.type);
+  job.holds_samples = !plan.num_points && !plan.reads && (!output.has_density() || plan.with_density);
   for (std::size_t f = 0; f < output.targets.size(); ++f) {
     job.first_slice = plan.begin + static_cast<SliceIndex>(f);
     job.description = description(plan, output, job, encoder.largest_density());

@@ -267,6 +267,7 @@ ExportResult export_packed(const std::vector<std::string>& paths, const std::str
                                                      : output.type == PixelType::uint16 ? "65536"
                                                                                         : "4294967296")
                      : "number stored";
+  job.holds_samples = false;
   job.facts = packed_facts(sources, contents, is_integer(output.type));
   job.description = "packed sampling noise, " + packing;
   const std::unique_ptr<ContainerWriter> writer = output.container->make(files);

@@ -11,6 +11,8 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "noiseloom/image/image_io.h"
 
@@ -32,6 +34,8 @@ struct ImagePart {
   int full_width = 0;
   int full_height = 0;
   bool is_srgb = false;  // marked as colours that a sampler decodes
+  // What a file that was exported here says of itself: pairs of key and text.
+  std::vector<std::pair<std::string, std::string>> facts = {};
 };
 
 class ImageInput {
@@ -77,7 +81,7 @@ inline std::string words_of(const std::string& library_error) {
 
 // The function of the module that gives its library. Its name counts the changes of this header, so that a module of
 // another version is not taken.
-inline constexpr const char* image_library_function = "noiseloom_image_library_3";
+inline constexpr const char* image_library_function = "noiseloom_image_library_4";
 using ImageLibraryFunction = const ImageLibrary* (*)();
 
 }  // namespace noiseloom

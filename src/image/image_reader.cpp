@@ -117,6 +117,7 @@ struct ImageReader::Impl {
   // Tiles cross rows: a tiled part is read whole, at its first row.
   std::vector<bool> tiled;
   bool is_srgb = false;
+  std::vector<std::pair<std::string, std::string>> facts;
   int whole_part = -1;
   std::vector<std::byte> whole;
 
@@ -150,6 +151,7 @@ ImageReader::ImageReader(const std::string& path) : impl_(std::make_unique<Impl>
     impl_->shapes.push_back(found.shape);
     impl_->windows.push_back(window_of(found));
     impl_->tiled.push_back(found.tile_width > 0);
+    if (part == 0) impl_->facts = found.facts;
     impl_->is_srgb = impl_->is_srgb || found.is_srgb;
   }
   impl_->input->error();  // seeking past the last part is no fault
@@ -163,6 +165,7 @@ const ImageShape& ImageReader::shape(int part) const { return impl_->shapes.at(s
 const std::string& ImageReader::window(int part) const { return impl_->windows.at(static_cast<std::size_t>(part)); }
 
 bool ImageReader::is_srgb() const { return impl_->is_srgb; }
+const std::vector<std::pair<std::string, std::string>>& ImageReader::facts() const { return impl_->facts; }
 
 void ImageReader::read_rows(int part, int first_row, int num_rows, std::span<std::byte> bytes) {
   const ImageShape& image = shape(part);

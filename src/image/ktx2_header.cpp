@@ -16,8 +16,10 @@ std::string supercompression_name(std::uint32_t scheme) {
   return scheme < std::size(names) ? names[scheme] : fmt::format("scheme {}", scheme);
 }
 
-// What stands behind a key, "" where it is missing.
-std::string value_of_key(std::ifstream& file, std::int64_t offset, std::int64_t length, const std::string& key) {
+using KeyValues = std::vector<std::pair<std::string, std::string>>;
+
+KeyValues read_key_values(std::ifstream& file, std::int64_t offset, std::int64_t length) {
+  KeyValues pairs;
   constexpr std::int64_t longest = std::int64_t{1} << 20;
   std::string bytes(static_cast<std::size_t>(std::min(length, longest)), '\0');
   file.clear();
@@ -28,12 +30,20 @@ std::string value_of_key(std::ifstream& file, std::int64_t offset, std::int64_t 
     const std::size_t size = u32_at(bytes, at);
     if (size > bytes.size() - at - 4) break;
     const std::string entry = bytes.substr(at + 4, size);
-    if (entry.starts_with(key + '\0')) {
-      const std::string value = entry.substr(key.size() + 1);
-      return value.substr(0, value.find('\0'));
+    const std::size_t zero = entry.find('\0');
+    if (zero != std::string::npos) {
+      const std::string value = entry.substr(zero + 1);
+      pairs.emplace_back(entry.substr(0, zero), value.substr(0, value.find('\0')));
     }
     at += 4 + (size + 3) / 4 * 4;
   }
+  return pairs;
+}
+
+// What stands behind a key, "" where it is missing.
+std::string value_of_key(const KeyValues& pairs, const std::string& key) {
+  for (const auto& [name, value] : pairs)
+    if (name == key) return value;
   return "";
 }
 
@@ -75,7 +85,11 @@ TextureHeader read_ktx2_header(std::ifstream& file) {
   header.num_slices = std::max({depth, layers, 1U});
   if (header.num_slices > most_slices_of_a_texture)
     return refused(fmt::format("{} slices; accepted: at most {}", header.num_slices, most_slices_of_a_texture));
-  const std::string orientation = value_of_key(file, u32_at(bytes, 56), u32_at(bytes, 60), "KTXorientation");
+  const KeyValues pairs = read_key_values(file, u32_at(bytes, 56), u32_at(bytes, 60));
+  const std::string own = "noiseloom.";
+  for (const auto& [name, value] : pairs)
+    if (name.starts_with(own)) header.facts.emplace_back(name.substr(own.size()), value);
+  const std::string orientation = value_of_key(pairs, "KTXorientation");
   if (orientation.size() > 1 && (orientation[0] != 'r' || orientation[1] != 'd'))
     return refused(fmt::format("orientation \"{}\"; accepted: \"rd\" (x to the right, rows downward)", orientation));
   constexpr std::uint64_t most_offset = std::uint64_t{1} << 40;

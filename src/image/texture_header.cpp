@@ -61,6 +61,7 @@ class TextureInput final : public ImageInput {
     part.full_width = header_.shape.width;
     part.full_height = header_.shape.height;
     part.is_srgb = header_.is_srgb;
+    part.facts = header_.facts;
     return part;
   }
   bool read_all(PixelType type, std::byte* bytes) override { return read_rows(0, header_.shape.height, type, bytes); }

@@ -22,7 +22,8 @@ struct TextureHeader {
   std::vector<int> order;
   int numbers_per_texel = 1;
   bool is_srgb = false;
-  std::string unreadable;  // why the file is not read, in words; "" where it is
+  std::vector<std::pair<std::string, std::string>> facts = {};  // as ImagePart has them
+  std::string unreadable;                                       // why the file is not read, in words; "" where it is
 
   std::int64_t bytes_per_slice() const {
     return static_cast<std::int64_t>(shape.width) * shape.height * numbers_per_texel *

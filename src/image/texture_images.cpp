@@ -285,6 +285,8 @@ std::vector<std::string> names_of(const ImageShape& shape) {
 // As many slices as there are files or parts, else squares in a strip.
 Extents suggested_image_extents(const std::string& path, const TextureReading& reading,
                                 std::vector<std::string>& notes) {
+  if (reading.layout.empty())
+    if (const auto own = own_facts_of_images(path)) return own->config.problem.extents;
   const Layout layout = parse_layout(reading.layout);
   const bool many = std::filesystem::is_directory(path) || !std::filesystem::exists(path);
   const std::vector<std::string> files = many ? find_sequence(path) : std::vector<std::string>{path};
@@ -321,8 +323,20 @@ Extents suggested_image_extents(const std::string& path, const TextureReading& r
   return is_row && width > height ? extents(height, height, width / height) : extents(width, height, 1);
 }
 
-Stored images(const Request& request) {
+Stored images(const Request& given) {
   Stored stored;
+  Request request = given;
+  std::optional<OwnFacts> own;
+  try {
+    own = own_facts_of_images(given.path);
+  } catch (const UserError&) {
+    if (!given.config) throw;  // whoever gives one need not care what the file says
+  }
+  if (own && given.reading.layout.empty()) request.reading.layout = reading_of_layout(own->layout);
+  if (own && !given.config && given.reading.layout.empty()) {
+    stored.config = request.config = own->config;
+    stored.notes.push_back("Size, samples and filter are those of the run that the file names.");
+  }
   const Extents extents = request.config ? request.config->problem.extents
                                          : suggested_image_extents(request.path, request.reading, stored.notes);
   const Arrangement arrangement = arrange(request, extents, stored.notes);
@@ -341,6 +355,10 @@ Stored images(const Request& request) {
   stored.channel_names = names_of(shape);
   stored.step = step_of(arrangement.files.front(), shape.type);
   stored.coding = is_integer(shape.type) ? Stored::Coding::codes : Stored::Coding::open;
+  if (own && request.config && (stored.config || !natural_range(request.config->problem.samples))) {
+    stored.range = own->range;
+    if (!is_integer(shape.type)) stored.coding = own->range ? Stored::Coding::codes : Stored::Coding::values;
+  }
   stored.source = fmt::format("{}, {}", arrangement.kind, to_string(shape.type));
   return stored;
 }

@@ -2,6 +2,7 @@
 // makes samples of them.
 #pragma once
 
+#include "image/provenance.h"
 #include "noiseloom/core/number_type.h"
 #include "noiseloom/image/encoding.h"
 #include "noiseloom/image/texture_file.h"
@@ -37,6 +38,11 @@ Stored images(const Request& request);
 Stored npy(const Request& request);
 Stored raw(const Request& request);
 Stored hdf5_dataset(const Request& request);
+
+// Of the first image. Throws as own_facts() does, and as ImageReader.
+std::optional<OwnFacts> own_facts_of_images(const std::string& path, const std::vector<std::string>& overrides = {});
+// What TextureReading says for a layout that a file names; "" where it is found.
+std::string reading_of_layout(const std::string& layout);
 
 Extents suggested_image_extents(const std::string& path, const TextureReading& reading,
                                 std::vector<std::string>& notes);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <numbers>
 
 #include "noiseloom/measure/plane_transform.h"
@@ -80,6 +81,12 @@ std::vector<int> other_axes(const Extents& extents, const std::vector<int>& axes
   return others;
 }
 
+// FFTW makes and frees plans in one thread at a time; carrying them out is not restricted.
+std::mutex& planning() {
+  static std::mutex mutex;
+  return mutex;
+}
+
 // Power of real blocks of one shape, summed (FFTW); the half spectrum that FFTW keeps.
 class PowerSum {
  public:
@@ -92,11 +99,15 @@ class PowerSum {
     values_.resize(rows * static_cast<std::size_t>(sizes[0]));
     coefficients_.resize(rows * static_cast<std::size_t>(half_));
     sums_.resize(coefficients_.size());
+    const std::lock_guard lock(planning());
     plan_ = fftw_plan_dft_r2c(static_cast<int>(dimensions.size()), dimensions.data(), values_.data(),
                               reinterpret_cast<fftw_complex*>(coefficients_.data()), FFTW_ESTIMATE);
     NOISELOOM_CHECK(plan_ != nullptr);
   }
-  ~PowerSum() { fftw_destroy_plan(plan_); }
+  ~PowerSum() {
+    const std::lock_guard lock(planning());
+    fftw_destroy_plan(plan_);
+  }
   PowerSum(const PowerSum&) = delete;
   PowerSum& operator=(const PowerSum&) = delete;
 

@@ -147,9 +147,24 @@ void check_order(const Subject& subject, Verification& found) {
            breaks.size() == 1 ? "" : "s", list_text(breaks), pairs[size_of(breaks.front())], median_of(pairs))});
 }
 
-// Lines of a plane after another as a Gauss of sigma 1 leaves them, around the edges, along x and then along y.
-std::vector<double> filtered(const float* plane, std::size_t width, std::size_t height) {
-  constexpr std::array<double, 4> half = {0.39905, 0.24204, 0.05401, 0.00443};
+// A filter over x and y whose error is looked at along borders: the middle tap, and those on one side of it.
+struct BorderFilter {
+  const char* name;
+  std::vector<double> taps;
+};
+
+// What textures of single slices are made for leaves little of them inside, and all of them where they were cut.
+const std::vector<BorderFilter>& border_filters() {
+  static const std::vector<BorderFilter> filters = {{"Gauss of sigma 1", {0.39905, 0.24204, 0.05401, 0.00443}},
+                                                    {"box of 3", {1.0 / 3, 1.0 / 3}},
+                                                    {"box of 5", {0.2, 0.2, 0.2}},
+                                                    {"box of 7", {1.0 / 7, 1.0 / 7, 1.0 / 7, 1.0 / 7}}};
+  return filters;
+}
+
+// Lines of a plane after another as the filter leaves them, around the edges, along x and then along y.
+std::vector<double> filtered(const float* plane, std::size_t width, std::size_t height,
+                             const std::vector<double>& half) {
   std::vector<double> values(plane, plane + width * height);
   double mean = 0;
   for (const double v : values) mean += v / static_cast<double>(values.size());
@@ -172,14 +187,14 @@ std::vector<double> filtered(const float* plane, std::size_t width, std::size_t 
 }
 
 // What the filter leaves, squared, beside each line between two columns (or rows), the last one between the edges.
-std::vector<double> error_beside_lines(const Texture& texture, bool columns) {
+std::vector<double> error_beside_lines(const Texture& texture, const BorderFilter& filter, bool columns) {
   const std::size_t width = size_of(texture.extents.width());
   const std::size_t height = size_of(texture.extents.height());
   const std::size_t lines = columns ? width : height;
   std::vector<double> squares(lines, 0);
   const std::size_t planes = size_of(texture.extents.num_slices()) * size_of(texture.channels);
   for (std::size_t p = 0; p < planes; ++p) {
-    const std::vector<double> left = filtered(texture.values.data() + p * width * height, width, height);
+    const std::vector<double> left = filtered(texture.values.data() + p * width * height, width, height, filter.taps);
     for (std::size_t i = 0; i < left.size(); ++i) squares[columns ? i % width : i / width] += left[i] * left[i];
   }
   std::vector<double> beside(lines);
@@ -187,26 +202,37 @@ std::vector<double> error_beside_lines(const Texture& texture, bool columns) {
   return beside;
 }
 
-// A texture that tiles has the same error at its edges as inside. One that does not has several times as much there.
-void check_border(const Subject& subject, bool columns, Verification& found) {
-  const std::vector<double> errors = error_beside_lines(subject.texture, columns);
+// A texture that tiles has the same error at its edges as inside. One that does not has several times as much there:
+// so many times; 1 where it tiles, or nothing can be told.
+double error_of_border(const std::vector<double>& errors) {
   constexpr std::size_t fewest = 16;
-  if (errors.size() < fewest) return;
+  if (errors.size() < fewest) return 1;
   const double inside = median_of(errors);
   const std::vector<SliceIndex> far = outliers(errors, inside / 4);
   if (errors.back() < inside ||
       std::find(far.begin(), far.end(), static_cast<SliceIndex>(errors.size()) - 1) == far.end())
-    return;
+    return 1;
   const auto reach = static_cast<SliceIndex>(4);  // of the filter: what lies nearer to the edges may be far, too
   const auto inner = std::count_if(far.begin(), far.end(), [&](SliceIndex l) {
     return l >= reach && l + reach + 1 < static_cast<SliceIndex>(errors.size());
   });
-  if (inner > 1) return;  // it is uneven everywhere
-  found.findings.push_back(
-      {"border", true,
-       fmt::format("at the {} edges a filter leaves {:.1f} times the error that it leaves inside: the texture does "
-                   "not tile",
-                   columns ? "left and right" : "upper and lower", errors.back() / inside)});
+  return inner > 1 ? 1 : errors.back() / inside;  // else it is uneven everywhere
+}
+
+void check_border(const Subject& subject, bool columns, Verification& found) {
+  double most = 1;
+  std::string by;
+  for (const BorderFilter& filter : border_filters()) {
+    const double times = error_of_border(error_beside_lines(subject.texture, filter, columns));
+    if (times <= most) continue;
+    most = times;
+    by = filter.name;
+  }
+  if (by.empty()) return;
+  found.findings.push_back({"border", true,
+                            fmt::format("at the {} edges a {} leaves {:.1f} times the error that it leaves inside: the "
+                                        "texture does not tile",
+                                        columns ? "left and right" : "upper and lower", by, most)});
 }
 
 // The same numbers again half a slice (a third, ...) on, all of them.

@@ -24,28 +24,37 @@ void estimate_image(Job& job) {
   const Noise& noise = job.noise_of_job();
   const E effect(job.shared, job.repeat, &job);
   const Scene& scene = job.scene();
-  if (!job.estimate.is_there()) job.estimate.make(make_image(scene.width, scene.height, effect.channels()));
+  const int channels = effect.channels();
+  // The truth of the frame goes with it where each has one of its own (job.h).
+  const bool with_truth = truth_changes_with_frame(scene, job.shared.effects[job.effect]);
+  if (!job.estimate.is_there())
+    job.estimate.make(make_image(scene.width, scene.height, with_truth ? 2 * channels : channels));
   Image& image = job.estimate.get(Data::estimate, job.pass);
-  NoiseReader reader(noise, move_of_repeat(scene.seed, job.repeat), effect.numbers(), scene.width);
-  std::array<float, most_channels> values{};
-  std::array<double, most_channels> means{};
-  for (int y = 0; y < scene.height; ++y) {
-    reader.read(y, job.frame);
-    for (int x = 0; x < scene.width; ++x) {
-      effect.estimate(x, y, reader.at(x), values.data());
-      for (int c = 0; c < image.channels; ++c) image.row(c, y)[x] = values[static_cast<std::size_t>(c)];
-      if (!scene.motion.on) continue;
-      // All filters being linear, they may as well be given the error of the frame (job.h).
-      effect.expect(x, y, means.data());
-      for (int c = 0; c < image.channels; ++c)
-        image.row(c, y)[x] += moving_truth - static_cast<float>(means[static_cast<std::size_t>(c)]);
+  const Move move = move_of_repeat(scene.seed, job.repeat);
+  const bool by_seeds = noise.spec.kind == NoiseKind::heitz_belcour;
+  const Seeds* const seeds = by_seeds ? &job.seeds.get(Data::seeds, job.pass) : nullptr;
+  job.rows(scene.height, [&](int first, int last) {
+    NoiseReader reader(noise, move, effect.numbers(), scene.width, seeds, job.repeat);
+    std::array<float, most_channels> values{};
+    std::array<double, most_channels> means{};
+    for (int y = first; y < last; ++y) {
+      reader.read(y, job.frame);
+      for (int x = 0; x < scene.width; ++x) {
+        effect.estimate(x, y, reader.at(x), values.data());
+        for (int c = 0; c < channels; ++c) image.row(c, y)[x] = values[static_cast<std::size_t>(c)];
+        if (!with_truth) continue;
+        effect.expect(x, y, means.data());
+        for (int c = 0; c < channels; ++c)
+          image.row(channels + c, y)[x] = static_cast<float>(means[static_cast<std::size_t>(c)]);
+      }
     }
-  }
-  if (scene.motion.on) count_of(*job.counts, Work::expectations) += static_cast<std::int64_t>(image.pixels());
-  count_of(*job.counts, Work::rays) += static_cast<std::int64_t>(image.pixels()) * effect.rays();
-  count_of(*job.counts, Work::march_steps) += static_cast<std::int64_t>(image.pixels()) * effect.march_steps();
-  count_of(*job.counts, Work::estimates) += static_cast<std::int64_t>(image.pixels());
-  count_of(*job.counts, Work::noise_values) += static_cast<std::int64_t>(image.pixels()) * reader.values();
+  });
+  const auto pixels = static_cast<std::int64_t>(image.pixels());
+  if (with_truth) count_of(*job.counts, Work::expectations) += pixels;
+  count_of(*job.counts, Work::rays) += pixels * effect.rays();
+  count_of(*job.counts, Work::march_steps) += pixels * effect.march_steps();
+  count_of(*job.counts, Work::estimates) += pixels;
+  count_of(*job.counts, work_of_reading(noise)) += pixels * values_of_pixel(noise, effect.numbers());
 }
 
 template <class E>

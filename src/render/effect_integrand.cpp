@@ -9,18 +9,21 @@ namespace {
 constexpr double circle_radius = 0.4;    // of the circle
 constexpr double gauss_deviation = 0.2;  // of the Gaussian
 
-// One threshold for each repeat, each in its own part of 0..1.
-double threshold_of(const Scene& scene, int repeat) {
+// One threshold for each repeat, each in its own part of 0..1; of jittered steps one for each frame, too.
+double threshold_of(const Scene& scene, int repeat, const Job* job) {
   if (scene.integrand.function == Integrand::step) return scene.integrand.threshold;
-  const RandomBlock block = random_block(scene.seed, purpose_of_threshold, 0, 0, static_cast<std::uint64_t>(repeat));
+  const bool is_jittered = job != nullptr && scene.integrand.function == Integrand::jittered_steps;
+  const auto frame = static_cast<std::uint32_t>(is_jittered ? job->frame : 0);
+  const RandomBlock block =
+      random_block(scene.seed, purpose_of_threshold, frame, 0, static_cast<std::uint64_t>(repeat));
   return (repeat + to_unit_double(block[0], block[1])) / scene.repeats;
 }
 
 bool takes_two(Integrand function) { return function == Integrand::circle || function == Integrand::gauss; }
 
 struct IntegrandEffect : PlainEffect {
-  IntegrandEffect(const Shared& shared, int repeat, const Job*)
-      : function(shared.scene.integrand.function), threshold(threshold_of(shared.scene, repeat)) {}
+  IntegrandEffect(const Shared& shared, int repeat, const Job* job)
+      : function(shared.scene.integrand.function), threshold(threshold_of(shared.scene, repeat, job)) {}
 
   int channels() const { return 1; }
   int numbers() const { return takes_two(function) ? 2 : 1; }
@@ -34,6 +37,7 @@ struct IntegrandEffect : PlainEffect {
         return u;
       case Integrand::step:
       case Integrand::steps:
+      case Integrand::jittered_steps:
         return u < threshold ? 1 : 0;
       case Integrand::sine:
         return math::sin_2pi(0.5 * u);
@@ -57,6 +61,7 @@ struct IntegrandEffect : PlainEffect {
         return 0.5;
       case Integrand::step:
       case Integrand::steps:
+      case Integrand::jittered_steps:
         return threshold;
       case Integrand::sine:
         return 2 / math::pi;

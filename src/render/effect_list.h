@@ -12,5 +12,15 @@ extern const EffectCalls free_flight_calls;
 extern const EffectCalls ray_march_calls;
 extern const EffectCalls occlusion_calls;
 extern const EffectCalls shadow_calls;
+extern const EffectCalls sky_calls;
+extern const EffectCalls convolution_calls;
+extern const EffectCalls sparse_calls;
+
+// The passes that make what they need.
+void make_kernel_pass(Shared& shared);
+void make_importance_pass(Shared& shared);
+void make_sky_pass(Shared& shared);
+std::int64_t bytes_of_kernel(const Scene& scene, std::span<const Noise> noises);
+std::int64_t bytes_of_sky(const Scene& scene, std::span<const Noise> noises);
 
 }  // namespace noiseloom::render

@@ -28,6 +28,16 @@ Vector turned(Vector about_z, Vector normal) {
   return about_z.x * frame.first + about_z.y * frame.second + about_z.z * normal;
 }
 
+// A direction whose cosine c to the normal is of equal density becomes one that is as dense as the cosine, sqrt(c), or
+// the other way round, c^2.
+Vector bent(Vector direction, Vector normal, bool toward) {
+  const double cosine = std::clamp(dot(direction, normal), 0.0, 1.0);
+  const double along = toward ? std::sqrt(cosine) : cosine * cosine;
+  const double beside = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+  const double scale = beside > 0 ? std::sqrt(std::max(0.0, 1 - along * along)) / beside : 0;
+  return along * normal + scale * (direction - cosine * normal);
+}
+
 // Of the frame, where something moves.
 const Hits& hits_of(const Shared& shared, const Job* job, const char* effect) {
   if (job != nullptr && shared.scene.motion.on) return job->moving_hits.get(Data::moving_hits, job->pass);
@@ -58,18 +68,20 @@ struct OcclusionEffect {
         return 2 * cosine * open(hit, turned(direction_at(cosine, number(2 * i + 1)), hit.normal));
       }
       case Directions::cosine:
-        return open(hit, turned({number(3 * i), number(3 * i + 1), number(3 * i + 2)}, hit.normal));
-      case Directions::hemisphere: {
-        const Vector local = {number(3 * i), number(3 * i + 1), number(3 * i + 2)};
-        return 2 * local.z * open(hit, turned(local, hit.normal));
-      }
+      case Directions::hemisphere:
+        return weighed(hit, turned({number(3 * i), number(3 * i + 1), number(3 * i + 2)}, hit.normal));
       case Directions::sphere:
         break;
     }
-    Vector direction = {number(3 * i), number(3 * i + 1), number(3 * i + 2)};
-    const double cosine = dot(direction, hit.normal);
-    if (cosine < 0) direction = -1 * direction;
-    return 2 * std::fabs(cosine) * open(hit, direction);
+    const Vector direction = {number(3 * i), number(3 * i + 1), number(3 * i + 2)};
+    return weighed(hit, dot(direction, hit.normal) < 0 ? -1 * direction : direction);
+  }
+  // All noises of a scene are of one estimate, so that their errors may be compared: directions of another density than
+  // the scene's are bent toward the normal or away from it.
+  double weighed(const Hit& hit, Vector direction) const {
+    if (spec.uniform == (kind == Directions::cosine)) direction = bent(direction, hit.normal, !spec.uniform);
+    if (!spec.uniform) return open(hit, direction);
+    return 2 * std::max(0.0, dot(direction, hit.normal)) * open(hit, direction);
   }
   static double open(const Hit& hit, Vector direction) { return is_hidden(hit, direction) ? 0 : 1; }
 

@@ -70,6 +70,9 @@ float march(const Columns& columns, std::size_t first, int steps, float offset, 
   return sum + through * behind;
 }
 
+int places_of_mean(int nodes, int steps) { return std::max(16, 8 * nodes / steps); }
+constexpr int fine_steps = 512;  // of what both tend to
+
 struct RayMarchEffect : PlainEffect {
   RayMarchEffect(const Shared& shared, int, const Job*)
       : columns(&shared.columns.get(Data::columns, shared.pass_or("ray-march"))),
@@ -92,7 +95,7 @@ struct RayMarchEffect : PlainEffect {
   // By the midpoint rule. Densities are linear between nodes, of which the offset passes nodes / steps: eight places
   // and more for each of them.
   void expect(int x, int y, double* out) const {
-    const int places = std::max(16, 8 * columns->nodes / steps);
+    const int places = places_of_mean(columns->nodes, steps);
     double sum = 0;
     for (int i = 0; i < places; ++i)
       sum += static_cast<double>(march(*columns, first(x, y), steps,
@@ -107,10 +110,15 @@ struct RayMarchEffect : PlainEffect {
   int height;
 };
 
+Counts steps_of_march(std::int64_t number) {
+  Counts counts{};
+  count_of(counts, Work::march_steps) = number;
+  return counts;
+}
+
 // What both tend to with ever smaller steps.
 Image fine_march(const Shared& shared) {
   const Columns& columns = shared.columns.get(Data::columns, "truth");
-  constexpr int fine = 512;
   Image image = make_image(shared.scene.width, shared.scene.height, 1);
   shared.pool.for_each(image.height, [&](std::int64_t row, int) {
     const int y = static_cast<int>(row);
@@ -119,7 +127,7 @@ Image fine_march(const Shared& shared) {
           march(columns,
                 (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x)) *
                     static_cast<std::size_t>(columns.nodes),
-                fine, 0.5F, static_cast<float>(background(y, image.height)));
+                fine_steps, 0.5F, static_cast<float>(background(y, image.height)));
   });
   return image;
 }
@@ -149,7 +157,8 @@ const EffectCalls free_flight_calls = {Effect::free_flight,
                                        [](const Scene&) { return false; },
                                        estimate_image<FreeFlightEffect>,
                                        truth_image<FreeFlightEffect>,
-                                       fine_march};
+                                       fine_march,
+                                       [](const Scene&) { return steps_of_march(fine_steps); }};
 
 const EffectCalls ray_march_calls = {Effect::ray_march,
                                      [](const Scene&) { return 1; },
@@ -157,6 +166,12 @@ const EffectCalls ray_march_calls = {Effect::ray_march,
                                      [](const Scene&) { return false; },
                                      estimate_image<RayMarchEffect>,
                                      truth_image<RayMarchEffect>,
-                                     fine_march};
+                                     fine_march,
+                                     [](const Scene& scene) {
+                                       const int nodes =
+                                           scene.volume.density == Density::slab ? 2 : scene.volume.resolution;
+                                       const int n = scene.ray_march.steps;
+                                       return steps_of_march(std::int64_t{places_of_mean(nodes, n)} * n + fine_steps);
+                                     }};
 
 }  // namespace noiseloom::render

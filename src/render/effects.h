@@ -8,9 +8,11 @@
 //   void expect(int x, int y, double* out)                  the exact mean over independent uniform numbers
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "noiseloom/render/noise.h"
+#include "noiseloom/render/passes.h"
 #include "noiseloom/render/scene.h"
 #include "render/image.h"
 
@@ -28,11 +30,16 @@ struct EffectCalls {
   void (*estimate)(Job&);
   Image (*truth)(const Shared&, int repeat);
   Image (*converged)(const Shared&) = nullptr;  // what finer steps tend to, where that is not the truth itself
+  // What a pixel takes for both of these beside the expectation.
+  Counts (*work_of_truth)(const Scene&) = nullptr;
 };
 const EffectCalls& calls_of(Effect effect);
 
 // `numbers` where the noise holds numbers of 0 to 1, else 0.
 int if_numbers(int numbers, const Noise& noise);
+// Values that a pixel reads of the noise for so many numbers, and what such readings are counted as.
+std::int64_t values_of_pixel(const Noise& noise, int numbers);
+Work work_of_reading(const Noise& noise);
 
 // The picture that is dithered: values of 0 to 1.
 Image test_picture(const DitherSpec& spec, int width, int height);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "render/seeds.h"
+
 namespace noiseloom::render {
 
 bool is_measured(const Scene& scene, std::int64_t frame) {
@@ -11,7 +13,7 @@ bool is_measured(const Scene& scene, std::int64_t frame) {
 }
 
 bool is_rendered(const Scene& scene, std::int64_t frame) {
-  return !scene.time.kernels.empty() || is_measured(scene, frame);
+  return !scene.time.kernels.empty() || has_seeds(scene) || is_measured(scene, frame);
 }
 
 std::int64_t num_measured(const Scene& scene) {
@@ -21,7 +23,7 @@ std::int64_t num_measured(const Scene& scene) {
 }
 
 std::int64_t num_rendered(const Scene& scene) {
-  return scene.time.kernels.empty() ? num_measured(scene) : scene.frames;
+  return scene.time.kernels.empty() && !has_seeds(scene) ? num_measured(scene) : scene.frames;
 }
 
 }  // namespace noiseloom::render

@@ -48,34 +48,41 @@ std::vector<float> taps_of(const SpaceFilterSpec& filter) {
         for (std::size_t k = taps.size() - 1; k > 0; --k) taps[k] += taps[k - 1];
       }
       break;
+    case SpaceKernel::a_trous:
+      taps = {1, 4, 6, 4, 1};
+      break;
   }
   return normalised(taps);
 }
 
-Image filtered(const Image& image, const std::vector<float>& taps, Border border) {
+Image filtered(const Image& image, const std::vector<float>& taps, Border border, Rows rows) {
   const int reach = static_cast<int>(taps.size() / 2);
   const auto width = static_cast<std::size_t>(image.width);
   Image across = make_image(image.width, image.height, image.channels);
   Image result = across;
-  std::vector<float> wide(width + taps.size() - 1);
-  for (int c = 0; c < image.channels; ++c) {
-    for (int y = 0; y < image.height; ++y) {
-      const float* const from = image.row(c, y);
-      for (int x = -reach; x < image.width + reach; ++x)
-        wide[static_cast<std::size_t>(x + reach)] = from[inside(x, image.width, border)];
-      float* const to = across.row(c, y);
-      for (std::size_t k = 0; k < taps.size(); ++k)
-        for (std::size_t x = 0; x < width; ++x) to[x] += taps[k] * wide[x + k];
-    }
-    for (int y = 0; y < image.height; ++y) {
-      float* const to = result.row(c, y);
-      for (int k = -reach; k <= reach; ++k) {
-        const float* const from = across.row(c, inside(y + k, image.height, border));
-        const float tap = taps[static_cast<std::size_t>(k + reach)];
-        for (std::size_t x = 0; x < width; ++x) to[x] += tap * from[x];
+  rows(image.height, [&](int first, int last) {
+    std::vector<float> wide(width + taps.size() - 1);
+    for (int c = 0; c < image.channels; ++c)
+      for (int y = first; y < last; ++y) {
+        const float* const from = image.row(c, y);
+        for (int x = -reach; x < image.width + reach; ++x)
+          wide[static_cast<std::size_t>(x + reach)] = from[inside(x, image.width, border)];
+        float* const to = across.row(c, y);
+        for (std::size_t k = 0; k < taps.size(); ++k)
+          for (std::size_t x = 0; x < width; ++x) to[x] += taps[k] * wide[x + k];
       }
-    }
-  }
+  });
+  rows(image.height, [&](int first, int last) {
+    for (int c = 0; c < image.channels; ++c)
+      for (int y = first; y < last; ++y) {
+        float* const to = result.row(c, y);
+        for (int k = -reach; k <= reach; ++k) {
+          const float* const from = across.row(c, inside(y + k, image.height, border));
+          const float tap = taps[static_cast<std::size_t>(k + reach)];
+          for (std::size_t x = 0; x < width; ++x) to[x] += tap * from[x];
+        }
+      }
+  });
   return result;
 }
 

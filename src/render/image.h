@@ -1,9 +1,12 @@
 // A picture in memory, and filters over it.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
+#include "noiseloom/core/parallel.h"
 #include "noiseloom/render/scene.h"
 
 namespace noiseloom::render {
@@ -28,11 +31,28 @@ struct Image {
 
 Image make_image(int width, int height, int channels);
 
+// Does something for all rows of a picture, a few at a time: in the calling thread, or on the threads of a pool where
+// there is one. No row depends on another, so that the picture is the same.
+struct Rows {
+  ThreadPool* pool = nullptr;
+
+  // body(first, last) for rows first <= y < last.
+  template <class Body>
+  void operator()(int height, const Body& body) const {
+    constexpr int together = 16;
+    if (pool == nullptr) return body(0, height);
+    pool->for_each((height + together - 1) / together, [&](std::int64_t block, int) {
+      const int first = static_cast<int>(block) * together;
+      body(first, std::min(first + together, height));
+    });
+  }
+};
+
 // Where a place outside of 0..size-1 is read.
 int inside(int place, int size, Border border);
 // Taps along one axis, an odd number that adds up to 1: those of the filter.
 std::vector<float> taps_of(const SpaceFilterSpec& filter);
 // The image, filtered along x and then along y.
-Image filtered(const Image& image, const std::vector<float>& taps, Border border);
+Image filtered(const Image& image, const std::vector<float>& taps, Border border, Rows rows = {});
 
 }  // namespace noiseloom::render

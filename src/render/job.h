@@ -2,6 +2,7 @@
 // frame. Jobs do not depend on each other, so that they run on any number of threads and give the same bytes.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -11,6 +12,9 @@
 #include "noiseloom/render/passes.h"
 #include "noiseloom/render/result.h"
 #include "render/image.h"
+#include "render/kernel.h"
+#include "render/seeds.h"
+#include "render/sky_light.h"
 #include "render/surface.h"
 #include "render/volume.h"
 
@@ -22,10 +26,10 @@ struct Truth {
   std::vector<double> bias = {};  // of each: rms distance from the converged truth
 };
 
-// Where something moves, the truth is another in every frame. What passes are then given is the error of the frame,
-// around this, which is its truth: all filters being linear and keeping constants, what they leave of the error is the
-// same.
-inline constexpr float moving_truth = 0.5F;
+// Where the truth is another in every frame (a motion, an integrand that changes), a picture has twice its channels:
+// the estimates, and behind them what these are on average. Both go through the same linear filters, so that the second
+// half is what the first is measured against. What is not linear (a clamp, the a-trous filter) is done to estimates
+// alone.
 
 struct Shared {
   const Scene& scene;
@@ -42,6 +46,9 @@ struct Shared {
   Made<Grid> light = {};
   Made<Columns> columns = {};
   Made<Flights> flights = {};
+  Made<BlurMasses> kernel = {};
+  Made<Image> importance = {};
+  Made<SkyLight> sky = {};
   Made<Hits> hits = {};
   Made<std::vector<EdgeWeights>> edge_weights = {};  // of each filter over space; empty where it knows no edges
   Made<std::vector<std::vector<Truth>>> truth = {};  // [effect][repeat], one repeat where all have the same
@@ -55,8 +62,14 @@ struct Shared {
 // Averages over the frames so far, one for each filter over time.
 struct Averages {
   std::vector<Image> images;
-  std::vector<double> sums;  // mc: of all frames
-  std::vector<int> lengths;  // where pixels have histories of their own: frames in that of each
+  std::vector<std::vector<float>> squares;  // of brightness, where a filter is guided by its variance
+  std::vector<double> sums;                 // mc: of all frames
+  std::vector<int> lengths;                 // where pixels have histories of their own: frames in that of each
+};
+
+struct Pictures {
+  std::vector<Image> after;   // [stage]
+  std::vector<Image> truths;  // [stage], where they change with the frame
 };
 
 struct Job {
@@ -67,20 +80,28 @@ struct Job {
   std::int64_t frame = 0;
   std::string_view pass = {};
   Counts* counts = nullptr;
+  Rows rows = {};  // on several threads where there are fewer jobs than these
 
   Made<Hits> moving_hits = {};  // of this frame
   Hits hits_before = {};        // and of the one before
+  Made<Seeds> seeds = {};
   Made<Image> estimate = {};
   Made<Averages> accumulated = {};
-  Made<std::vector<Image>> filtered = {};  // [filter over time, the frame alone first][filter over space]
-  Made<std::vector<double>> errors = {};   // [stage][frame]: mean squared
-  Made<std::vector<Image>> pictures = {};  // [stage], of the last frame
+  Made<std::vector<Image>> filtered = {};     // [filter over time, the frame alone first][filter over space]
+  Made<std::vector<std::uint8_t>> seen = {};  // pixels of which any frame so far has a sample
+  Made<std::vector<double>> errors = {};      // [metric][stage][frame], of roots the squares
+  Made<Pictures> pictures = {};               // of the last frame
+  Made<std::vector<Texture>> stacks = {};     // [filter over time]: errors of all frames before filters over space
+  std::vector<ErrorSpectrum> spectra = {};    // of these
 
   const Scene& scene() const { return shared.scene; }
   const Noise& noise_of_job() const { return (*shared.noises.get(Data::noises, pass))[noise]; }
   // The picture after the filters of a stage.
   const Image& after(std::size_t stage) const;
-  const Truth& truth() const;
+  // Of its channels, those that are estimates.
+  int channels() const;
+  // Plane `channel` of what a stage is measured against.
+  const float* truth_plane(std::size_t stage, int channel) const;
 };
 
 }  // namespace noiseloom::render

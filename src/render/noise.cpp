@@ -40,6 +40,21 @@ RunConfig config_of(const NoiseSpec& spec) {
   return parse_config(built_in_config(spec), spec.name, "", {});
 }
 
+// Removes a texture that was kept and whose digests no longer fit: nothing can be taken from it. Where the run has an
+// earlier generation beside it, whoever makes the texture goes on from that. Says what was done, or nothing.
+std::string without_damage(const std::string& path) {
+  namespace fs = std::filesystem;
+  if (!fs::exists(path) || fs::exists(path + ".prev")) return "";
+  try {
+    const RunFileReader whole(path);
+    return "";
+  } catch (const UserError& error) {
+    fs::remove(path);
+    return fmt::format("{}, which was kept of an earlier run, was damaged and is made anew ({})", path,
+                       error.faults().front().text);
+  }
+}
+
 constexpr std::int64_t most_across = 65536;  // of TextureRead
 
 std::shared_ptr<const Texture> checked(TextureFile file, const NoiseSpec& spec, const std::string& path) {
@@ -112,8 +127,10 @@ Noise open_noise(const NoiseSpec& spec, const std::string& folder, const MakeTex
   Noise noise{.spec = spec};
   if (!has_texture(spec.kind)) return noise;
   std::string path = spec.file;
+  std::string damage;
   if (spec.kind != NoiseKind::file) {
     path = cached_texture(spec, folder);
+    damage = without_damage(path);
     if (spec.kind == NoiseKind::config) {
       make(spec.file, spec.changes, path);
     } else {
@@ -122,8 +139,10 @@ Noise open_noise(const NoiseSpec& spec, const std::string& folder, const MakeTex
   }
   TextureFile file = load(spec, path);
   noise.notes = file.notes;
+  if (!damage.empty()) noise.notes.insert(noise.notes.begin(), damage);
   noise.samples = file.config->problem.samples;
   noise.channels = file.texture.channels;
+  noise.num_values = std::ssize(file.texture.values);
   noise.texture = checked(std::move(file), spec, path);
   return noise;
 }
@@ -135,6 +154,7 @@ Noise describe_noise(const NoiseSpec& spec) {
   const ProblemSpec problem = config_of(spec).problem;
   noise.samples = problem.samples;
   noise.channels = num_channels(problem.samples, problem.extents.cells_per_slice(), problem.extents.num_slices());
+  noise.num_values = problem.extents.num_cells() * noise.channels;
   return noise;
 }
 

@@ -26,8 +26,9 @@ constexpr std::int64_t plain_size = 128;
 
 }  // namespace
 
-NoiseReader::NoiseReader(const Noise& noise, const Move& move, int numbers, int width)
-    : noise_(noise), move_(move), numbers_of_pixel_(numbers), width_(width) {
+NoiseReader::NoiseReader(const Noise& noise, const Move& move, int numbers, int width,
+                         const std::vector<std::uint32_t>* seeds, int repeat)
+    : noise_(noise), move_(move), numbers_of_pixel_(numbers), width_(width), seeds_(seeds), repeat_(repeat) {
   if (const Texture* const texture = noise.texture.get()) {
     channels_ = texture->channels;
     read_ = {.width = texture->extents.width(),
@@ -58,6 +59,23 @@ void NoiseReader::read(int y, std::int64_t frame) {
     case NoiseKind::sobol_owen:
     case NoiseKind::sobol_rotated:
       return read_sobol(y, frame);
+    case NoiseKind::heitz_belcour:
+      return read_seeds(y);
+  }
+}
+
+// A seed gives the same numbers in every frame: that is what its place is chosen by.
+void NoiseReader::read_seeds(int y) {
+  NOISELOOM_CHECK(seeds_ != nullptr);
+  const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
+  for (int first = 0; first < numbers_of_pixel_; first += 4) {
+    const int count = std::min(4, numbers_of_pixel_ - first);
+    for (int x = 0; x < width_; ++x) {
+      const RandomBlock block =
+          random_block(noise_.spec.seed, purpose_of_seed, static_cast<std::uint32_t>(repeat_),
+                       static_cast<std::uint32_t>(first / 4), (*seeds_)[row + static_cast<std::size_t>(x)]);
+      for (int i = 0; i < count; ++i) plane(first + i)[x] = to_unit_float(block[static_cast<std::size_t>(i)]);
+    }
   }
 }
 

@@ -56,13 +56,12 @@ std::string file_word(const Stage& stage) {
 
 void add_pictures(const Result& result, const std::string& folder, OutputFiles& output) {
   const std::size_t stages = result.stages.size();
-  const std::size_t spaces = result.truths.size() / result.effects.size();
   const auto path = [&](const std::string& name) {
     return (std::filesystem::path(folder) / "pictures" / (name + ".png")).string();
   };
   for (std::size_t effect = 0; effect < result.effects.size(); ++effect) {
     const std::string name = name_of(result.effects[effect]);
-    write(output, path(name + "_truth"), shown(result.truths[effect * spaces]));
+    write(output, path(name + "_truth"), shown(result.truths[effect * stages]));
     for (std::size_t stage = 0; stage < stages; ++stage) {
       double largest = 0;
       for (std::size_t noise = 0; noise < result.noises.size(); ++noise)
@@ -72,8 +71,7 @@ void add_pictures(const Result& result, const std::string& folder, OutputFiles& 
         const ResultPicture& picture = result.pictures[(effect * result.noises.size() + noise) * stages + stage];
         const std::string file = fmt::format("{}_{}_{}", name, result.noises[noise], file_word(result.stages[stage]));
         write(output, path(file), shown(picture));
-        write(output, path(file + "_error"),
-              shown_error(picture, result.truths[effect * spaces + stage % spaces], scale));
+        write(output, path(file + "_error"), shown_error(picture, result.truths[effect * stages + stage], scale));
       }
     }
   }
@@ -86,6 +84,7 @@ void add_outputs(const Scene& scene, const Result& result, const std::string& fo
   output.write(path("results.csv"), results_csv(result));
   if (scene.puts_out("curves")) output.write(path("curves.csv"), curves_csv(result));
   output.write(path("plan.json"), plan_json(scene, result.passes, result.seconds, result.threads));
+  if (scene.puts_out("spectra")) output.write(path("spectra.csv"), spectra_csv(result));
   if (scene.puts_out("images")) add_pictures(result, folder, output);
 }
 

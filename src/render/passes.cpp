@@ -8,85 +8,18 @@
 #include "render/filter_passes.h"
 #include "render/frames.h"
 #include "render/job.h"
+#include "render/measure_pass.h"
 #include "render/prediction.h"
+#include "render/scene_passes.h"
 #include "render/scene_sizes.h"
 #include "render/truth_pass.h"
 
 namespace noiseloom::render {
 namespace {
 
-constexpr const char* applies = "";
-
 // Noises.
 
 void make_noises(Shared& shared) { shared.noises.make(&shared.opened); }
-
-std::int64_t bytes_of_noises(const Scene&, std::span<const Noise> noises) {
-  std::int64_t bytes = 0;
-  for (const Noise& noise : noises) bytes += noise.texture == nullptr ? 0 : 4 * std::ssize(noise.texture->values);
-  return bytes;
-}
-
-// What is seen: a volume or surfaces.
-
-bool has_volume(const Scene& scene) { return scene.free_flight.on || scene.ray_march.on; }
-bool has_edges(const Scene& scene) {
-  return std::any_of(scene.space.begin(), scene.space.end(), [](const auto& filter) { return !filter.edges.empty(); });
-}
-
-std::string off_without_volume(const Scene& scene) {
-  return has_volume(scene) ? applies : "no effect in a volume (free-flight, ray-march)";
-}
-
-std::int64_t corners_of(const Scene& scene) {
-  const std::int64_t n = scene.volume.density == Density::slab ? 2 : scene.volume.resolution;
-  return n * n * n;
-}
-std::int64_t nodes_of(const Scene& scene) {
-  return scene.volume.density == Density::slab ? 2 : scene.volume.resolution;
-}
-std::int64_t bytes_of_grid(const Scene& scene, std::span<const Noise>) { return 4 * corners_of(scene); }
-
-void trace_columns(Shared& shared) {
-  const Grid& density = shared.density.get(Data::density, shared.pass);
-  const Grid& light = shared.light.get(Data::light, shared.pass);
-  const Columns& columns =
-      shared.columns.make(make_columns(density, light, shared.scene.width, shared.scene.height, shared.pool));
-  count_of(*shared.counts, Work::density_reads) += std::ssize(columns.values);
-}
-
-Counts work_of_columns(const Scene& scene, std::span<const Noise>) {
-  Counts counts{};
-  count_of(counts, Work::density_reads) = pixels_of(scene) * nodes_of(scene);
-  return counts;
-}
-
-void trace_hits(Shared& shared) {
-  const Hits& hits = shared.hits.make(make_hits(shared.scene.width, shared.scene.height, shared.pool));
-  count_of(*shared.counts, Work::primary_rays) += std::ssize(hits.hits);
-}
-
-Counts work_of_hits(const Scene& scene, std::span<const Noise>) {
-  Counts counts{};
-  count_of(counts, Work::primary_rays) = pixels_of(scene);
-  return counts;
-}
-
-void weigh_edges(Shared& shared) {
-  const Hits& hits = shared.hits.get(Data::hits, shared.pass);
-  std::vector<EdgeWeights>& all = shared.edge_weights.make();
-  for (const SpaceFilterSpec& filter : shared.scene.space)
-    all.push_back(filter.edges.empty() ? EdgeWeights{} : make_edge_weights(hits, filter, shared.scene.border));
-}
-
-std::int64_t bytes_of_weights(const Scene& scene, std::span<const Noise>) {
-  std::int64_t taps = 0;
-  for (const SpaceFilterSpec& filter : scene.space) {
-    const std::int64_t across = std::ssize(taps_of(filter));
-    taps += filter.edges.empty() ? 0 : across * across;
-  }
-  return 4 * pixels_of(scene) * taps;
-}
 
 // What scores promise.
 
@@ -106,14 +39,14 @@ Counts work_of_effect(const Scene& scene, std::span<const Noise> noises) {
   Counts counts{};
   const std::int64_t pixels = pixels_of(scene) * num_rendered(scene) * scene.repeats;
   for (const Noise& noise : noises) {
-    const std::int64_t numbers = calls_of(effect).numbers(scene, noise);
     count_of(counts, Work::estimates) += pixels;
-    count_of(counts, Work::noise_values) += pixels * ((numbers + noise.channels - 1) / noise.channels);
+    count_of(counts, work_of_reading(noise)) += pixels * values_of_pixel(noise, calls_of(effect).numbers(scene, noise));
   }
-  if (scene.motion.on) count_of(counts, Work::expectations) = count_of(counts, Work::estimates);
+  if (truth_changes_with_frame(scene, effect)) count_of(counts, Work::expectations) = count_of(counts, Work::estimates);
   if (effect == Effect::occlusion)
     count_of(counts, Work::rays) = count_of(counts, Work::estimates) * scene.occlusion.samples;
-  if (effect == Effect::shadow) count_of(counts, Work::rays) = count_of(counts, Work::estimates);
+  if (effect == Effect::shadow || effect == Effect::sky)
+    count_of(counts, Work::rays) = count_of(counts, Work::estimates);
   if (effect == Effect::ray_march)
     count_of(counts, Work::march_steps) = count_of(counts, Work::estimates) * scene.ray_march.steps;
   return counts;
@@ -124,6 +57,11 @@ std::int64_t bytes_of_estimate(const Scene& scene, std::span<const Noise>) { ret
 Counts no_work(const Scene&, std::span<const Noise>) { return {}; }
 
 std::string always(const Scene&) { return applies; }
+
+bool is_measured_unseen(const Scene& scene) {
+  const std::vector<Metric> metrics = metrics_of(scene);
+  return std::find(metrics.begin(), metrics.end(), Metric::unseen) != metrics.end();
+}
 
 constexpr Pass pass_table[] = {
     {"noises", {}, {Data::noises}, always, make_noises, nullptr, no_work, bytes_of_noises},
@@ -164,7 +102,7 @@ constexpr Pass pass_table[] = {
      trace_columns,
      nullptr,
      work_of_columns,
-     [](const Scene& scene, std::span<const Noise>) { return 8 * pixels_of(scene) * nodes_of(scene); }},
+     bytes_of_columns},
     {"flights",
      {Data::columns},
      {Data::flights},
@@ -179,12 +117,7 @@ constexpr Pass pass_table[] = {
     {"primary hits",
      {},
      {Data::hits},
-     [](const Scene& scene) -> std::string {
-       if (scene.motion.on) return "what is seen moves";
-       return scene.occlusion.on || scene.shadow.on || has_edges(scene)
-                  ? applies
-                  : "no effect on surfaces (ambient-occlusion, soft-shadow), and no filter with edges";
-     },
+     off_without_surfaces,
      trace_hits,
      nullptr,
      work_of_hits,
@@ -194,13 +127,40 @@ constexpr Pass pass_table[] = {
     {"edge weights",
      {Data::hits},
      {Data::edge_weights},
-     [](const Scene& scene) -> std::string { return has_edges(scene) ? applies : "no filter.space with edges"; },
+     [](const Scene& scene) -> std::string {
+       return has_fixed_edges(scene) ? applies : "no filter.space with edges, or they are found in every frame";
+     },
      weigh_edges,
      nullptr,
      no_work,
      bytes_of_weights},
+    {"kernel",
+     {},
+     {Data::kernel},
+     [](const Scene& scene) -> std::string { return scene.convolution.on ? applies : "no effects.convolution"; },
+     make_kernel_pass,
+     nullptr,
+     no_work,
+     bytes_of_kernel},
+    {"importance",
+     {},
+     {Data::importance},
+     [](const Scene& scene) -> std::string { return scene.sparse.on ? applies : "no effects.sparse"; },
+     make_importance_pass,
+     nullptr,
+     no_work,
+     [](const Scene& scene, std::span<const Noise>) { return 4 * pixels_of(scene); }},
+    {"sky light",
+     {},
+     {Data::sky},
+     [](const Scene& scene) -> std::string { return scene.sky.on ? applies : "no effects.sky"; },
+     make_sky_pass,
+     nullptr,
+     no_work,
+     bytes_of_sky},
     {"truth",
-     {Data::picture, Data::columns, Data::flights, Data::hits, Data::edge_weights},
+     {Data::picture, Data::columns, Data::flights, Data::hits, Data::edge_weights, Data::kernel, Data::importance,
+      Data::sky},
      {Data::truth},
      always,
      make_truth,
@@ -232,8 +192,16 @@ constexpr Pass pass_table[] = {
      [](const Scene& scene, std::span<const Noise>) {
        return 2 * static_cast<std::int64_t>(sizeof(Hit)) * pixels_of(scene);
      }},
-    {"integrand",
+    {"seeds",
      {Data::noises},
+     {Data::seeds},
+     [](const Scene& scene) -> std::string { return has_seeds(scene) ? applies : "no noise of kind heitz-belcour"; },
+     nullptr,
+     move_seeds,
+     work_of_seeds,
+     [](const Scene& scene, std::span<const Noise>) { return 8 * pixels_of(scene); }},
+    {"integrand",
+     {Data::noises, Data::seeds},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.integrand.on ? applies : "no effects.integrand"; },
      nullptr,
@@ -241,7 +209,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::integrand>,
      bytes_of_estimate},
     {"dither",
-     {Data::noises, Data::picture},
+     {Data::noises, Data::seeds, Data::picture},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.dither.on ? applies : "no effects.dither"; },
      nullptr,
@@ -249,7 +217,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::dither>,
      bytes_of_estimate},
     {"transparency",
-     {Data::noises},
+     {Data::noises, Data::seeds},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.transparency.on ? applies : "no effects.transparency"; },
      nullptr,
@@ -257,7 +225,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::transparency>,
      bytes_of_estimate},
     {"free-flight",
-     {Data::noises, Data::flights},
+     {Data::noises, Data::seeds, Data::flights},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.free_flight.on ? applies : "no effects.free-flight"; },
      nullptr,
@@ -265,7 +233,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::free_flight>,
      bytes_of_estimate},
     {"ray-march",
-     {Data::noises, Data::columns},
+     {Data::noises, Data::seeds, Data::columns},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.ray_march.on ? applies : "no effects.ray-march"; },
      nullptr,
@@ -273,7 +241,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::ray_march>,
      bytes_of_estimate},
     {"ambient-occlusion",
-     {Data::noises, Data::hits, Data::moving_hits},
+     {Data::noises, Data::seeds, Data::hits, Data::moving_hits},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.occlusion.on ? applies : "no effects.ambient-occlusion"; },
      nullptr,
@@ -281,12 +249,36 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::occlusion>,
      bytes_of_estimate},
     {"soft-shadow",
-     {Data::noises, Data::hits, Data::moving_hits},
+     {Data::noises, Data::seeds, Data::hits, Data::moving_hits},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.shadow.on ? applies : "no effects.soft-shadow"; },
      nullptr,
      [](Job& job) { shadow_calls.estimate(job); },
      work_of_effect<Effect::shadow>,
+     bytes_of_estimate},
+    {"sky",
+     {Data::noises, Data::seeds, Data::hits, Data::sky},
+     {Data::estimate},
+     [](const Scene& scene) -> std::string { return scene.sky.on ? applies : "no effects.sky"; },
+     nullptr,
+     [](Job& job) { sky_calls.estimate(job); },
+     work_of_effect<Effect::sky>,
+     bytes_of_estimate},
+    {"convolution",
+     {Data::noises, Data::seeds, Data::kernel},
+     {Data::estimate},
+     [](const Scene& scene) -> std::string { return scene.convolution.on ? applies : "no effects.convolution"; },
+     nullptr,
+     [](Job& job) { convolution_calls.estimate(job); },
+     work_of_effect<Effect::convolution>,
+     bytes_of_estimate},
+    {"sparse",
+     {Data::noises, Data::seeds, Data::importance},
+     {Data::estimate},
+     [](const Scene& scene) -> std::string { return scene.sparse.on ? applies : "no effects.sparse"; },
+     nullptr,
+     [](Job& job) { sparse_calls.estimate(job); },
+     work_of_effect<Effect::sparse>,
      bytes_of_estimate},
     {"filter over time",
      {Data::estimate},
@@ -304,28 +296,48 @@ constexpr Pass pass_table[] = {
      {Data::accumulated},
      [](const Scene& scene) -> std::string {
        if (scene.time.kernels.empty()) return "no filter.time.kernels";
-       return has_histories(scene) ? applies : "nothing moves and filter.time.rejection is 0";
+       return has_histories(scene) ? applies : "nothing moves, is rejected or clamped";
      },
      nullptr,
      average_histories,
      work_of_histories,
      bytes_of_averages},
     {"filter over space",
-     {Data::estimate, Data::accumulated},
+     {Data::estimate, Data::accumulated, Data::hits, Data::moving_hits, Data::edge_weights},
      {Data::filtered},
      [](const Scene& scene) -> std::string { return scene.space.empty() ? "no filter.space" : applies; },
      nullptr,
      filter,
      work_of_filters,
      bytes_of_filtered},
+    {"samples so far",
+     {Data::estimate},
+     {Data::seen},
+     [](const Scene& scene) -> std::string {
+       return is_measured_unseen(scene) ? applies : "image.metrics has no unseen";
+     },
+     nullptr,
+     see,
+     no_work,
+     [](const Scene& scene, std::span<const Noise>) { return pixels_of(scene); }},
     {"errors",
-     {Data::truth, Data::estimate, Data::accumulated, Data::filtered},
+     {Data::truth, Data::estimate, Data::accumulated, Data::filtered, Data::seen},
      {Data::errors},
      always,
      nullptr,
      measure,
      work_of_errors,
      bytes_of_errors},
+    {"spectra",
+     {Data::truth, Data::estimate, Data::accumulated},
+     {Data::stacks},
+     [](const Scene& scene) -> std::string {
+       return scene.puts_out("spectra") ? applies : "image.outputs has no spectra";
+     },
+     nullptr,
+     stack,
+     work_of_spectra,
+     bytes_of_spectra},
     {"pictures",
      {Data::truth, Data::estimate, Data::accumulated, Data::filtered},
      {Data::pictures},
@@ -350,32 +362,5 @@ static_assert(is_in_order());
 }  // namespace
 
 std::span<const Pass> all_passes() { return pass_table; }
-
-const EffectCalls& calls_of(Effect effect) {
-  switch (effect) {
-    case Effect::integrand:
-      return integrand_calls;
-    case Effect::dither:
-      return dither_calls;
-    case Effect::transparency:
-      return transparency_calls;
-    case Effect::free_flight:
-      return free_flight_calls;
-    case Effect::ray_march:
-      return ray_march_calls;
-    case Effect::occlusion:
-      return occlusion_calls;
-    case Effect::shadow:
-      break;
-  }
-  return shadow_calls;
-}
-
-int if_numbers(int numbers, const Noise& noise) { return noise.numbers_in_value() > 0 ? numbers : 0; }
-
-const Truth& Job::truth() const {
-  const std::vector<Truth>& repeats = shared.truth.get(Data::truth, pass)[effect];
-  return repeats[repeats.size() == 1 ? 0 : static_cast<std::size_t>(repeat)];
-}
 
 }  // namespace noiseloom::render

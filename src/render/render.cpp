@@ -13,6 +13,19 @@
 namespace noiseloom::render {
 namespace {
 
+const char* what_else(Effect effect) {
+  switch (effect) {
+    case Effect::occlusion:
+      return " or directions";
+    case Effect::convolution:
+      return " or points of the kernel: disk, hexagon, star, or an image onto the square that is the kernel";
+    case Effect::sky:
+      return " or directions of the sky's image onto the hemisphere";
+    default:
+      return "";
+  }
+}
+
 // An effect of unit numbers cannot use directions, nor what is not spread evenly over 0..1.
 void check_noises(const Scene& scene, const std::vector<Noise>& noises) {
   std::vector<Fault> faults;
@@ -23,7 +36,7 @@ void check_noises(const Scene& scene, const std::vector<Noise>& noises) {
             {"noise \"" + noise.spec.name + "\"",
              fmt::format(
                  "holds samples of {}; {} takes numbers that are spread evenly over 0 to 1 (uniform, vector2, ...){}",
-                 noise.samples.space, name_of(effect), effect == Effect::occlusion ? " or directions" : "")});
+                 noise.samples.space, name_of(effect), what_else(effect))});
   throw_if_any(std::move(faults));
 }
 
@@ -38,13 +51,15 @@ class Jobs {
  public:
   Jobs(const Shared& shared, Result& result) : shared_(shared), result_(result) {}
 
-  void run(std::int64_t number) {
+  // `rows`: the threads on which rows of its pictures are made.
+  void run(std::int64_t number, Rows rows) {
     const auto repeats = static_cast<std::int64_t>(result_.repeats);
     const auto num_noises = std::ssize(result_.noises);
     Job job{.shared = shared_,
             .effect = static_cast<std::size_t>(number / (num_noises * repeats)),
             .noise = static_cast<std::size_t>(number / repeats % num_noises),
-            .repeat = static_cast<int>(number % repeats)};
+            .repeat = static_cast<int>(number % repeats),
+            .rows = rows};
     std::vector<PassResult> passes(result_.passes.size());
     for (job.frame = 0; job.frame < shared_.scene.frames; ++job.frame)
       if (is_rendered(shared_.scene, job.frame)) run_frame(job, passes);
@@ -68,7 +83,7 @@ class Jobs {
       job.counts = &passes[i].counted;
       pass.frame(job);
       ++passes[i].calls;
-      passes[i].seconds += watch.seconds();
+      passes[i].seconds += watch.seconds() * (job.rows.pool == nullptr ? 1 : job.rows.pool->num_threads());
     }
   }
 
@@ -77,13 +92,22 @@ class Jobs {
     const std::size_t place =
         (job.effect * result_.noises.size() + job.noise) * static_cast<std::size_t>(result_.repeats) +
         static_cast<std::size_t>(job.repeat);
-    std::copy(errors.begin(), errors.end(),
-              result_.squares.begin() + static_cast<std::ptrdiff_t>(place * errors.size()));
+    const std::size_t curve = errors.size() / result_.metrics.size();
+    for (std::size_t m = 0; m < result_.metrics.size(); ++m) {
+      std::vector<double>& all = m == 0 ? result_.squares : result_.further[m - 1];
+      std::copy_n(errors.begin() + static_cast<std::ptrdiff_t>(m * curve), curve,
+                  all.begin() + static_cast<std::ptrdiff_t>(place * curve));
+    }
+    const std::size_t of_noise = job.effect * result_.noises.size() + job.noise;
+    std::move(job.spectra.begin(), job.spectra.end(),
+              result_.spectra.begin() + static_cast<std::ptrdiff_t>(of_noise * result_.num_times()));
     if (!job.pictures.is_there()) return;
-    const std::vector<Image>& pictures = job.pictures.get(Data::pictures, "results");
-    for (std::size_t stage = 0; stage < pictures.size(); ++stage)
-      result_.pictures[(job.effect * result_.noises.size() + job.noise) * pictures.size() + stage] =
-          picture_of(pictures[stage]);
+    const Pictures& pictures = job.pictures.get(Data::pictures, "results");
+    for (std::size_t stage = 0; stage < pictures.after.size(); ++stage)
+      result_.pictures[of_noise * pictures.after.size() + stage] = picture_of(pictures.after[stage]);
+    if (job.noise != 0) return;
+    for (std::size_t stage = 0; stage < pictures.truths.size(); ++stage)
+      result_.truths[job.effect * pictures.after.size() + stage] = picture_of(pictures.truths[stage]);
   }
 
   const Shared& shared_;
@@ -97,12 +121,36 @@ void store_truth(const Shared& shared, Result& result) {
     const Truth& truth = shared.truth.get(Data::truth, "results")[effect].front();
     for (std::size_t stage = 0; stage < result.stages.size(); ++stage)
       result.bias.push_back(truth.bias[stage % truth.bias.size()]);
-    if (shared.scene.puts_out("images"))
-      for (const Image& image : truth.after) result.truths.push_back(picture_of(image));
+    if (!shared.scene.puts_out("images") || truth_changes_with_frame(shared.scene, result.effects[effect])) continue;
+    for (std::size_t stage = 0; stage < result.stages.size(); ++stage)
+      result.truths[effect * result.stages.size() + stage] = picture_of(truth.after[stage % truth.after.size()]);
   }
 }
 
+// As many jobs at a time as there are threads, each on one; the rest, which would leave threads idle, one after the
+// other, the rows of their pictures on all.
+void run_jobs(const Shared& shared, Result& result, ThreadPool& pool) {
+  const auto count = std::ssize(result.effects) * std::ssize(result.noises) * result.repeats;
+  const std::int64_t rest = count % pool.num_threads();
+  Jobs jobs(shared, result);
+  pool.for_each(count - rest, [&](std::int64_t number, int) { jobs.run(number, {}); });
+  for (std::int64_t number = count - rest; number < count; ++number) jobs.run(number, {&pool});
+}
+
 }  // namespace
+
+std::vector<std::string> notes_of_reading(const Scene& scene, const std::vector<Noise>& noises) {
+  std::vector<std::string> notes;
+  if (!scene.occlusion.on) return notes;
+  for (const Noise& noise : noises) {
+    const Directions kind = noise.directions();
+    if (kind == Directions::none || scene.occlusion.uniform != (kind == Directions::cosine)) continue;
+    notes.push_back(fmt::format("noise \"{}\": its directions are bent to {}, as all noises of the scene are read",
+                                noise.spec.name,
+                                scene.occlusion.uniform ? "equal density" : "the density of the cosine"));
+  }
+  return notes;
+}
 
 Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& pool) {
   return render(scene, noises, pool, all_passes());
@@ -118,6 +166,7 @@ Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& 
     result.noises.push_back(noise.spec.name);
   }
   result.stages = stages_of(scene);
+  result.metrics = metrics_of(scene);
   result.frames = scene.frames;
   result.repeats = scene.repeats;
   result.threads = pool.num_threads();
@@ -136,9 +185,13 @@ Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& 
   }
   const std::size_t curves = result.effects.size() * noises.size() * static_cast<std::size_t>(scene.repeats);
   result.squares.resize(curves * result.stages.size() * static_cast<std::size_t>(scene.frames));
-  if (scene.puts_out("images")) result.pictures.resize(result.effects.size() * noises.size() * result.stages.size());
-  Jobs jobs(shared, result);
-  pool.for_each(static_cast<std::int64_t>(curves), [&](std::int64_t number, int) { jobs.run(number); });
+  result.further.assign(result.metrics.size() - 1, result.squares);
+  if (scene.puts_out("images")) {
+    result.pictures.resize(result.effects.size() * noises.size() * result.stages.size());
+    result.truths.resize(result.effects.size() * result.stages.size());
+  }
+  if (scene.puts_out("spectra")) result.spectra.resize(result.effects.size() * noises.size() * result.num_times());
+  run_jobs(shared, result, pool);
   store_truth(shared, result);
   if (scene.puts_out("predictions")) result.predictions = shared.predictions.get(Data::predictions, "results");
   result.seconds = watch.seconds();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "noiseloom/core/json.h"
 #include "noiseloom/core/quantity_text.h"
@@ -18,6 +19,7 @@ std::size_t index_of(const std::vector<std::string>& names, const std::string& n
 
 // Where an expectation looks.
 struct Place {
+  Metric metric = Metric::rmse;
   std::size_t effect = 0;
   std::size_t stage = 0;
   int frame = 0;
@@ -25,21 +27,29 @@ struct Place {
 
 Place place_of(const ExpectSpec& expect, const Result& result) {
   Place place{.frame = (expect.frame == 0 ? result.frames : expect.frame) - 1};
+  for (const Metric metric : result.metrics)
+    if (name_of(metric) == expect.metric) place.metric = metric;
   while (name_of(result.effects[place.effect]) != expect.effect) ++place.effect;
   while (result.stages[place.stage].time != expect.time || result.stages[place.stage].space != expect.space)
     ++place.stage;
   return place;
 }
 
-std::vector<double> squares_of(const Result& result, const Place& place, const std::string& noise) {
+std::vector<double> repeats_of(const Result& result, const Place& place, const std::string& noise) {
   std::vector<double> values;
   for (int repeat = 0; repeat < result.repeats; ++repeat)
-    values.push_back(result.square(place.effect, index_of(result.noises, noise), repeat, place.stage, place.frame));
+    values.push_back(
+        result.of_repeat(place.metric, place.effect, index_of(result.noises, noise), repeat, place.stage, place.frame));
   return values;
 }
 
 std::string where(const ExpectSpec& expect, const Place& place, const Result& result) {
-  return fmt::format("{}, {}, frame {}", expect.effect, result.stages[place.stage].to_string(), place.frame + 1);
+  return fmt::format("{}{}, {}, frame {}", place.metric == Metric::rmse ? "" : expect.metric + " of ", expect.effect,
+                     result.stages[place.stage].to_string(), place.frame + 1);
+}
+
+MeanAndError value_at(const Result& result, const Place& place, const std::string& noise) {
+  return result.value(place.metric, place.effect, index_of(result.noises, noise), place.stage, place.frame);
 }
 
 ExpectationResult check_order(const ExpectSpec& expect, const Result& result) {
@@ -48,16 +58,16 @@ ExpectationResult check_order(const ExpectSpec& expect, const Result& result) {
   Outcome worst = Outcome::holds;
   std::string found;
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    const auto value = result.rmse(place.effect, index_of(result.noises, terms[i].noise), place.stage, place.frame);
+    const auto value = value_at(result, place, terms[i].noise);
     found += fmt::format("{}{} {}", i == 0 ? "" : fmt::format(" {} ", terms[i].relation), terms[i].noise,
                          digits_text(value.mean));
     if (i == 0) continue;
-    const std::vector<double> a = squares_of(result, place, terms[i - 1].noise);
-    const std::vector<double> b = squares_of(result, place, terms[i].noise);
+    const std::vector<double> a = repeats_of(result, place, terms[i - 1].noise);
+    const std::vector<double> b = repeats_of(result, place, terms[i].noise);
     std::vector<double> differences;
     for (std::size_t r = 0; r < a.size(); ++r) differences.push_back(a[r] - b[r]);
-    // Of squares, which differ by twice as much as their roots.
-    const double margin = 2 * expect.within * mean_and_error(b).mean;
+    // Squares differ by twice as much as their roots.
+    const double margin = (is_root(place.metric) ? 2 : 1) * expect.within * mean_and_error(b).mean;
     const Outcome outcome =
         terms[i].relation == '<' ? outcome_of_less(differences) : outcome_of_equal(differences, margin);
     if (outcome != Outcome::holds) found += fmt::format(" ({})", to_string(outcome));
@@ -69,11 +79,10 @@ ExpectationResult check_order(const ExpectSpec& expect, const Result& result) {
 // Within a share of the value, and three standard errors of what was measured.
 ExpectationResult check_value(const ExpectSpec& expect, const Result& result) {
   const Place place = place_of(expect, result);
-  MeanAndError value = result.rmse(place.effect, index_of(result.noises, expect.noise), place.stage, place.frame);
+  MeanAndError value = value_at(result, place, expect.noise);
   const bool is_ratio = expect.ratio > 0;
   if (is_ratio) {
-    const MeanAndError other =
-        result.rmse(place.effect, index_of(result.noises, expect.against), place.stage, place.frame);
+    const MeanAndError other = value_at(result, place, expect.against);
     const double ratio = value.mean / other.mean;
     value = {ratio, ratio * std::hypot(value.error / value.mean, other.error / other.mean)};
   }
@@ -91,9 +100,18 @@ std::string csv_row(const Result& result, std::size_t effect, std::size_t noise,
   const double ratio = result.over_white(effect, noise, stage, frame);
   const double predicted = result.prediction(noise, stage).value_or(std::nan(""));
   const auto number = [](double v) { return std::isfinite(v) ? fmt::format("{:.9g}", v) : std::string(); };
-  return fmt::format("{},{},{},{},{},{},{},{},{}\n", name_of(result.effects[effect]), result.noises[noise],
-                     result.stages[stage].time, result.stages[stage].space, frame + 1, number(value.mean),
-                     number(value.error), number(ratio), number(predicted));
+  std::string row = fmt::format("{},{},{},{},{},{},{},{},{}", name_of(result.effects[effect]), result.noises[noise],
+                                result.stages[stage].time, result.stages[stage].space, frame + 1, number(value.mean),
+                                number(value.error), number(ratio), number(predicted));
+  for (const Metric metric : std::span(result.metrics).subspan(1))
+    row += "," + number(result.value(metric, effect, noise, stage, frame).mean);
+  return row + "\n";
+}
+
+std::string csv_head(const Result& result) {
+  std::string head = "effect,noise,time,space,frame,rmse,standard_error,over_white,predicted";
+  for (const Metric metric : std::span(result.metrics).subspan(1)) head += "," + name_of(metric);
+  return head + "\n";
 }
 
 std::size_t width_of_names(const Result& result) {
@@ -120,20 +138,62 @@ std::string table_text(const Result& result, Cell cell) {
   return text;
 }
 
-constexpr const char* csv_head = "effect,noise,time,space,frame,rmse,standard_error,over_white,predicted\n";
-
 }  // namespace
 
+std::string title_of(Metric metric) {
+  switch (metric) {
+    case Metric::rmse:
+      return "root of the mean squared error";
+    case Metric::deviation:
+      return "deviation of the error around its own mean";
+    case Metric::ssim:
+      return "1 - structural similarity";
+    case Metric::low:
+      return "error at frequencies below 0.05 cycles a pixel";
+    case Metric::middle:
+      return "error at frequencies from 0.05 to 0.15 cycles a pixel";
+    case Metric::high:
+      return "error at frequencies above 0.15 cycles a pixel";
+    case Metric::unseen:
+      return "share of pixels that no frame has sampled";
+    case Metric::flip:
+      return "FLIP";
+  }
+  return {};
+}
+
 double Result::square(std::size_t effect, std::size_t noise, int repeat, std::size_t stage, int frame) const {
+  return squares[place(effect, noise, repeat, stage, frame)];
+}
+
+std::size_t Result::place(std::size_t effect, std::size_t noise, int repeat, std::size_t stage, int frame) const {
   const std::size_t job =
       (effect * noises.size() + noise) * static_cast<std::size_t>(repeats) + static_cast<std::size_t>(repeat);
-  return squares[(job * stages.size() + stage) * static_cast<std::size_t>(frames) + static_cast<std::size_t>(frame)];
+  return (job * stages.size() + stage) * static_cast<std::size_t>(frames) + static_cast<std::size_t>(frame);
+}
+
+std::size_t Result::num_times() const {
+  return static_cast<std::size_t>(
+      std::count_if(stages.begin(), stages.end(), [](const Stage& stage) { return stage.space == "none"; }));
+}
+
+double Result::of_repeat(Metric metric, std::size_t effect, std::size_t noise, int repeat, std::size_t stage,
+                         int frame) const {
+  const auto found = std::find(metrics.begin(), metrics.end(), metric) - metrics.begin();
+  const std::vector<double>& all = found == 0 ? squares : further.at(static_cast<std::size_t>(found - 1));
+  return all[place(effect, noise, repeat, stage, frame)];
 }
 
 MeanAndError Result::rmse(std::size_t effect, std::size_t noise, std::size_t stage, int frame) const {
+  return value(Metric::rmse, effect, noise, stage, frame);
+}
+
+MeanAndError Result::value(Metric metric, std::size_t effect, std::size_t noise, std::size_t stage, int frame) const {
   std::vector<double> values;
-  for (int repeat = 0; repeat < repeats; ++repeat) values.push_back(square(effect, noise, repeat, stage, frame));
+  for (int repeat = 0; repeat < repeats; ++repeat)
+    values.push_back(of_repeat(metric, effect, noise, repeat, stage, frame));
   const MeanAndError mean = mean_and_error(values);
+  if (!is_root(metric)) return mean;
   const double root = std::sqrt(mean.mean);
   return {root, root > 0 ? mean.error / (2 * root) : repeats < 2 ? mean.error : 0};
 }
@@ -160,13 +220,17 @@ std::vector<ExpectationResult> check_expectations(const Scene& scene, const Resu
 std::string results_text(const Result& result) {
   std::string text;
   for (std::size_t effect = 0; effect < result.effects.size(); ++effect) {
-    text += fmt::format("{}, root of the mean squared error in frame {}{}\n", name_of(result.effects[effect]),
-                        result.frames, result.repeats > 1 ? " (standard error)" : "");
-    text += table_text(result, [&](std::size_t noise, std::size_t stage) {
-      const MeanAndError value = result.rmse(effect, noise, stage, result.frames - 1);
-      return digits_text(value.mean) +
-             (std::isfinite(value.error) ? fmt::format(" ({})", digits_text(value.error)) : std::string());
-    });
+    for (const Metric metric : result.metrics) {
+      if (std::isnan(result.of_repeat(metric, effect, 0, 0, 0, result.frames - 1))) continue;
+      text +=
+          fmt::format("{}{}, {} in frame {}{}\n", metric == Metric::rmse ? "" : "\n", name_of(result.effects[effect]),
+                      title_of(metric), result.frames, result.repeats > 1 ? " (standard error)" : "");
+      text += table_text(result, [&](std::size_t noise, std::size_t stage) {
+        const MeanAndError value = result.value(metric, effect, noise, stage, result.frames - 1);
+        return digits_text(value.mean) +
+               (std::isfinite(value.error) ? fmt::format(" ({})", digits_text(value.error)) : std::string());
+      });
+    }
     std::string bias = fmt::format("  {:<{}}", "bias", width_of_names(result));
     for (std::size_t stage = 0; stage < result.stages.size() && !std::isnan(result.bias.front()); ++stage)
       bias += fmt::format("  {:>{}}", digits_text(result.bias[effect * result.stages.size() + stage]),
@@ -190,7 +254,7 @@ std::string results_text(const Result& result) {
 }
 
 std::string results_csv(const Result& result) {
-  std::string text = csv_head;
+  std::string text = csv_head(result);
   for (std::size_t effect = 0; effect < result.effects.size(); ++effect)
     for (std::size_t noise = 0; noise < result.noises.size(); ++noise)
       for (std::size_t stage = 0; stage < result.stages.size(); ++stage)
@@ -199,7 +263,7 @@ std::string results_csv(const Result& result) {
 }
 
 std::string curves_csv(const Result& result) {
-  std::string text = csv_head;
+  std::string text = csv_head(result);
   for (std::size_t effect = 0; effect < result.effects.size(); ++effect)
     for (std::size_t noise = 0; noise < result.noises.size(); ++noise)
       for (std::size_t stage = 0; stage < result.stages.size(); ++stage)

@@ -1,6 +1,7 @@
 #include "noiseloom/render/scene.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "noiseloom/config/settings_file.h"
@@ -15,6 +16,11 @@ Scene parsed(const settings::Source& source, const std::vector<std::string>& ove
 }
 
 }  // namespace
+
+bool MotionSpec::is_whole() const {
+  const auto whole = [](double n) { return n == std::floor(n); };
+  return std::all_of(camera.begin(), camera.end(), whole) && std::all_of(sphere.begin(), sphere.end(), whole);
+}
 
 bool Scene::puts_out(const std::string& what) const {
   return std::find(outputs.begin(), outputs.end(), what) != outputs.end();
@@ -36,8 +42,39 @@ std::string name_of(Effect effect) {
       return "ambient-occlusion";
     case Effect::shadow:
       return "soft-shadow";
+    case Effect::sky:
+      return "sky";
+    case Effect::convolution:
+      return "convolution";
+    case Effect::sparse:
+      return "sparse";
   }
   return {};
+}
+
+bool truth_changes_with_frame(const Scene& scene, Effect effect) {
+  return scene.motion.on || (effect == Effect::integrand && scene.integrand.function == Integrand::jittered_steps);
+}
+
+std::string name_of(Metric metric) {
+  static constexpr const char* names[num_metrics] = {"rmse",   "deviation", "ssim",   "low",
+                                                     "middle", "high",      "unseen", "flip"};
+  return names[static_cast<int>(metric)];
+}
+
+bool is_root(Metric metric) { return metric != Metric::ssim && metric != Metric::unseen && metric != Metric::flip; }
+
+std::vector<Metric> metrics_of(const Scene& scene) {
+  std::vector<Metric> metrics = {Metric::rmse};
+  const auto has = [&](const char* word) {
+    return std::find(scene.metrics.begin(), scene.metrics.end(), word) != scene.metrics.end();
+  };
+  if (has("deviation")) metrics.push_back(Metric::deviation);
+  if (has("ssim")) metrics.push_back(Metric::ssim);
+  if (has("bands")) metrics.insert(metrics.end(), {Metric::low, Metric::middle, Metric::high});
+  if (has("unseen")) metrics.push_back(Metric::unseen);
+  if (has("flip")) metrics.push_back(Metric::flip);
+  return metrics;
 }
 
 std::vector<Effect> effects_of(const Scene& scene) {
@@ -49,6 +86,9 @@ std::vector<Effect> effects_of(const Scene& scene) {
   if (scene.ray_march.on) effects.push_back(Effect::ray_march);
   if (scene.occlusion.on) effects.push_back(Effect::occlusion);
   if (scene.shadow.on) effects.push_back(Effect::shadow);
+  if (scene.sky.on) effects.push_back(Effect::sky);
+  if (scene.convolution.on) effects.push_back(Effect::convolution);
+  if (scene.sparse.on) effects.push_back(Effect::sparse);
   return effects;
 }
 

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "noiseloom/render/expectation.h"
+#include "noiseloom/render/noise.h"
 #include "render/scene_settings.h"
 
 namespace noiseloom::render {
@@ -54,6 +55,21 @@ void name_noises(Reader& reader, const Value& root, Scene& scene) {
   }
 }
 
+void check_targets(Reader& reader, const Value& root, const Scene& scene) {
+  std::string textures;
+  for (const NoiseSpec& noise : scene.noises)
+    if (has_texture(noise.kind)) textures += (textures.empty() ? "" : ", ") + noise.name;
+  for (std::size_t i = 0; i < scene.noises.size(); ++i) {
+    const NoiseSpec& noise = scene.noises[i];
+    if (noise.kind != NoiseKind::heitz_belcour || noise.target.empty()) continue;
+    const auto found = std::find_if(scene.noises.begin(), scene.noises.end(),
+                                    [&](const NoiseSpec& other) { return other.name == noise.target; });
+    if (found == scene.noises.end() || !has_texture(found->kind))
+      fault_at(reader, root, "noise", i, "target",
+               fmt::format("the scene has no texture of that name; it has: {}", textures.empty() ? "none" : textures));
+  }
+}
+
 void name_filters(Reader& reader, const Value& root, Scene& scene) {
   std::set<std::string> names = {"none"};
   for (std::size_t i = 0; i < scene.space.size(); ++i) {
@@ -66,6 +82,7 @@ void name_filters(Reader& reader, const Value& root, Scene& scene) {
       if (filter.kernel == SpaceKernel::box) filter.name = fmt::format("box{}", filter.size);
       if (filter.kernel == SpaceKernel::gauss) filter.name = fmt::format("gauss{}", filter.sigma);
       if (filter.kernel == SpaceKernel::binomial) filter.name = fmt::format("binomial{}", filter.n);
+      if (filter.kernel == SpaceKernel::a_trous) filter.name = fmt::format("a-trous{}", filter.levels);
     }
     if (!is_name(filter.name)) fault_at(reader, root, "filter.space", i, "name", name_rule);
     if (!names.insert(filter.name).second)
@@ -125,8 +142,8 @@ void check_expectation(Reader& reader, const Value& root, Scene& scene, std::siz
 
 void check_motion(Reader& reader, const Value& root, Scene& scene) {
   const Value* const motion = settings::find_at(root, "motion");
-  const auto moves = [](const std::vector<int>& pixels) {
-    return std::any_of(pixels.begin(), pixels.end(), [](int n) { return n != 0; });
+  const auto moves = [](const std::vector<double>& pixels) {
+    return std::any_of(pixels.begin(), pixels.end(), [](double n) { return n != 0; });
   };
   scene.motion.on = moves(scene.motion.camera) || moves(scene.motion.sphere);
   if (!scene.motion.on || motion == nullptr) return;
@@ -134,10 +151,35 @@ void check_motion(Reader& reader, const Value& root, Scene& scene) {
     reader.fault(*motion, "motion", "camera and sphere must each have two numbers, [right, down]");
   for (const Effect effect : effects_of(scene))
     if (effect != Effect::occlusion && effect != Effect::shadow)
-      reader.fault(*motion, "motion", fmt::format("goes with effects on surfaces alone; {} is none", name_of(effect)));
+      reader.fault(*motion, "motion",
+                   fmt::format("goes with ambient-occlusion and soft-shadow alone, not with {}", name_of(effect)));
   for (const SpaceFilterSpec& filter : scene.space)
-    if (!filter.edges.empty())
-      reader.fault(*motion, "motion", fmt::format("does not go with filters that keep to edges ({})", filter.name));
+    if (!filter.edges.empty() && filter.kernel != SpaceKernel::a_trous)
+      reader.fault(*motion, "motion",
+                   fmt::format("does not go with filters that keep to edges ({}), a-trous but for", filter.name));
+}
+
+void check_metrics(Reader& reader, const Value& root, const Scene& scene) {
+  const std::vector<Metric> metrics = metrics_of(scene);
+  if (std::find(metrics.begin(), metrics.end(), Metric::unseen) != metrics.end() && !scene.sparse.on)
+    reader.fault(*settings::find_at(root, "image.metrics"), "image.metrics",
+                 "has unseen, which goes with effects.sparse alone");
+  for (std::size_t i = 0; i < scene.expects.size(); ++i) {
+    const std::string& wanted = scene.expects[i].metric;
+    const auto found =
+        std::find_if(metrics.begin(), metrics.end(), [&](Metric metric) { return name_of(metric) == wanted; });
+    if (found == metrics.end())
+      fault_at(reader, root, "expect", i, "metric",
+               fmt::format("is not measured: image.metrics needs {}",
+                           wanted == "low" || wanted == "middle" || wanted == "high" ? "bands" : wanted));
+    if (wanted == "unseen" && !scene.expects[i].effect.empty() && scene.expects[i].effect != "sparse")
+      fault_at(reader, root, "expect", i, "metric", "goes with the effect sparse alone");
+  }
+  constexpr int most_frames = 1024;  // all of them are kept
+  if (scene.puts_out("spectra") && scene.frames > most_frames)
+    reader.fault(
+        *settings::find_at(root, "image.outputs"), "image.outputs",
+        fmt::format("has spectra, for which image.frames = {} is too many: at most {}", scene.frames, most_frames));
 }
 
 }  // namespace
@@ -145,6 +187,7 @@ void check_motion(Reader& reader, const Value& root, Scene& scene) {
 void check_scene(Reader& reader, const Value& root, const settings::Owners& owners) {
   Scene& scene = owners.get<Scene>();
   name_noises(reader, root, scene);
+  check_targets(reader, root, scene);
   name_filters(reader, root, scene);
   if (scene.noises.empty() && settings::find_at(root, "noise") != nullptr)
     reader.fault(*settings::find_at(root, "noise"), "noise", "needs at least one");
@@ -160,6 +203,7 @@ void check_scene(Reader& reader, const Value& root, const settings::Owners& owne
       reader.fault(*settings::find_at(root, "filter.time.kernels"), "filter.time.kernels",
                    fmt::format("has \"{}\" twice", kernel));
   for (std::size_t i = 0; i < scene.expects.size(); ++i) check_expectation(reader, root, scene, i);
+  check_metrics(reader, root, scene);
 }
 
 }  // namespace noiseloom::render

@@ -12,6 +12,29 @@ constexpr Word output_words[] = {
     {"curves", "the error of every frame: curves.csv", "plots csv"},
     {"images", "the last frame after every filter, and its error", "pictures png"},
     {"predictions", "beside each error what the score of the texture promises", "score r sqrt-r"},
+    {"spectra", "of the error, over the picture and over time: spectra.csv, pictures, powers in bands",
+     "spectrum dft fft"},
+};
+
+constexpr Word metric_words[] = {
+    {"deviation", "of the error around its own mean, as an error of brightness alone does not count", "std stddev"},
+    {"ssim", "1 - structural similarity, over windows of 11 pixels", "dssim structure"},
+    {"bands", "the error below 0.05 cycles a pixel, from there to 0.15, and above: low, middle, high", "band power"},
+    {"unseen", "effects.sparse: the share of pixels that no frame so far has sampled", "coverage unique"},
+    {"flip", "the difference that is seen when picture and truth are shown in turns, at 67 pixels a degree",
+     "perceptual"},
+};
+
+// In the order of Metric.
+constexpr Word measured_words[] = {
+    {"rmse", "the root of the mean squared error", "mse error"},
+    {"deviation", "the same around the error's own mean", "std stddev"},
+    {"ssim", "1 - structural similarity", "dssim"},
+    {"low", "the error below 0.05 cycles a pixel"},
+    {"middle", "the error from 0.05 to 0.15 cycles a pixel"},
+    {"high", "the error above 0.15 cycles a pixel"},
+    {"unseen", "the share of pixels without a sample so far", "coverage"},
+    {"flip", "the mean of FLIP"},
 };
 
 constexpr Word time_words[] = {{"frame", "each frame alone", "none raw"},
@@ -60,6 +83,12 @@ std::vector<Setting> rows_of_image() {
        .field = [](Scene& s) -> Field { return &s.outputs; },
        .list = true,
        .words = output_words},
+      {.key = "image.metrics",
+       .type = Type::word,
+       .sentence = "What is measured in every picture beside the root of the mean squared error.",
+       .field = [](Scene& s) -> Field { return &s.metrics; },
+       .list = true,
+       .words = metric_words},
   };
 }
 
@@ -77,6 +106,11 @@ std::vector<Setting> rows_of_expectations() {
                    "difference counts from two standard errors on; below, the order is undecided, and not fulfilled.",
        .field = [](ExpectSpec& e) -> Field { return &e.order; },
        .zero_is_unset = true},
+      {.key = "expect[].metric",
+       .type = Type::word,
+       .sentence = "By what errors are compared; other than rmse it must be among image.metrics.",
+       .field = [](ExpectSpec& e) -> Field { return &e.metric; },
+       .words = measured_words},
       {.key = "expect[].noise",
        .type = Type::text,
        .sentence = "In place of an order: the noise whose error has a value of its own.",
@@ -84,7 +118,7 @@ std::vector<Setting> rows_of_expectations() {
        .zero_is_unset = true},
       {.key = "expect[].rmse",
        .type = Type::number,
-       .sentence = "The root of the mean squared error of that noise.",
+       .sentence = "Its root of the mean squared error, or its value of another metric.",
        .field = [](ExpectSpec& e) -> Field { return &e.rmse; },
        .range = settings::above(0),
        .zero_is_unset = true},
@@ -134,8 +168,8 @@ std::vector<Setting> rows_of_expectations() {
 
 std::vector<Setting> all_rows() {
   std::vector<Setting> rows;
-  for (std::vector<Setting> part :
-       {rows_of_image(), rows_of_noises(), rows_of_effects(), rows_of_filters(), rows_of_expectations()})
+  for (std::vector<Setting> part : {rows_of_image(), rows_of_noises(), rows_of_effects(), rows_of_more_effects(),
+                                    rows_of_filters(), rows_of_expectations()})
     rows.insert(rows.end(), std::make_move_iterator(part.begin()), std::make_move_iterator(part.end()));
   return rows;
 }

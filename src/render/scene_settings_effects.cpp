@@ -1,4 +1,4 @@
-// Settings of [effects], and of the filters over time and space.
+// Settings of [effects], and of what they look at.
 #include "render/scene_settings.h"
 
 namespace noiseloom::render {
@@ -10,6 +10,7 @@ constexpr Word integrand_words[] = {
     {"identity", "the number itself", "ramp linear"},
     {"step", "1 below the threshold, 0 above", "heaviside"},
     {"steps", "a step at a random threshold, another in every repeat", "random-steps"},
+    {"jittered-steps", "the same, the threshold moving a little in every frame: by less than 1 / repeats", "flicker"},
     {"sine", "sin(pi u)", "sin"},
     {"circle", "of two numbers: 1 within 0.4 of the middle of the unit square", "disk"},
     {"gauss", "of two numbers: a Gaussian of deviation 0.2 around the middle", "gaussian"},
@@ -27,30 +28,6 @@ constexpr Word picture_words[] = {
 // In the order of Density.
 constexpr Word density_words[] = {{"slab", "the same everywhere", "constant homogeneous"},
                                   {"cloud", "a ball of noise of five octaves", "heterogeneous fbm"}};
-
-constexpr Word edge_words[] = {{"depth", "distance from the plane that touches the surface", "position"},
-                               {"normal", "angle between the surfaces"}};
-
-constexpr Word time_kernel_words[] = {
-    {"ema", "exponential moving average", "exponential taa history"},
-    {"mc", "mean of all frames so far", "monte-carlo cumulative ca mean"},
-};
-// In the order of EmaStart.
-constexpr Word start_words[] = {
-    {"full", "the first frame has the weight 1"},
-    {"cumulative", "frame n has the weight 1/n until that is below alpha"},
-};
-// In the order of SpaceKernel.
-constexpr Word space_kernel_words[] = {
-    {"box", "equal weights", "uniform mean"},
-    {"gauss", "Gaussian, cut off at four deviations", "gaussian"},
-    {"binomial", "binomial coefficients"},
-};
-// In the order of Border.
-constexpr Word border_words[] = {{"clamp", "pixels outside are those of the border", "edge replicate"},
-                                 {"wrap", "the picture is a torus", "periodic repeat toroidal"}};
-
-constexpr settings::Condition with_kernel(std::string_view word) { return {"filter.space[].kernel", word}; }
 
 }  // namespace
 
@@ -132,8 +109,8 @@ std::vector<Setting> rows_of_effects() {
        .range = at_least(1, 64)},
       {.key = "effects.ambient-occlusion.uniform",
        .type = Type::boolean,
-       .sentence = "Whether pairs of numbers become directions of equal density, weighted by their cosine, in place of "
-                   "directions as dense as the cosine. Textures of directions are taken as they are.",
+       .sentence = "Whether directions are of equal density, weighted by their cosine, in place of as dense as the "
+                   "cosine. Textures of directions of the other kind are bent to it.",
        .field = [](Scene& s) -> Field { return &s.occlusion.uniform; }},
       {.key = "effects.soft-shadow",
        .type = Type::table,
@@ -145,24 +122,6 @@ std::vector<Setting> rows_of_effects() {
        .field = [](Scene& s) -> Field { return &s.shadow.radius; },
        .range = at_least(0.1, 30),
        .unit = "degrees"},
-
-      {.key = "motion",
-       .type = Type::table,
-       .sentence =
-           "What moves, for effects on surfaces: [right, down] in whole pixels of the picture a frame. Pictures are "
-           "then of the error, around mid grey."},
-      {.key = "motion.camera",
-       .type = Type::integer,
-       .sentence = "The view over the plane.",
-       .field = [](Scene& s) -> Field { return &s.motion.camera; },
-       .list = true,
-       .range = at_least(-1000, 1000)},
-      {.key = "motion.sphere",
-       .type = Type::integer,
-       .sentence = "The sphere over the plane.",
-       .field = [](Scene& s) -> Field { return &s.motion.sphere; },
-       .list = true,
-       .range = at_least(-1000, 1000)},
 
       {.key = "volume", .type = Type::table, .sentence = "What effects in a volume look into: the unit cube."},
       {.key = "volume.density",
@@ -192,92 +151,6 @@ std::vector<Setting> rows_of_effects() {
        .field = [](Scene& s) -> Field { return &s.volume.seed; },
        .range = at_least(0),
        .when = {"volume.density", "cloud"}},
-  };
-}
-
-std::vector<Setting> rows_of_filters() {
-  return {
-      {.key = "filter",
-       .type = Type::table,
-       .sentence = "What is done to the frames before their errors are measured again."},
-      {.key = "filter.border",
-       .type = Type::word,
-       .sentence = "What filters over space find beyond the border of the picture.",
-       .field = [](Scene& s) -> Field { return &s.border; },
-       .words = border_words},
-      {.key = "filter.time", .type = Type::table, .sentence = "What is done to the frames."},
-      {.key = "filter.time.kernels",
-       .type = Type::word,
-       .sentence = "Errors are measured after each of these, and of each frame alone.",
-       .field = [](Scene& s) -> Field { return &s.time.kernels; },
-       .list = true,
-       .words = time_kernel_words},
-      {.key = "filter.time.alpha",
-       .type = Type::number,
-       .sentence = "ema: weight of the new frame.",
-       .field = [](Scene& s) -> Field { return &s.time.alpha; },
-       .range = above(0, 1)},
-      {.key = "filter.time.start",
-       .type = Type::word,
-       .sentence = "ema: how it begins.",
-       .field = [](Scene& s) -> Field { return &s.time.start; },
-       .words = start_words},
-      {.key = "filter.time.rejection",
-       .type = Type::number,
-       .sentence = "Chance that the history of a pixel is rejected in a frame.",
-       .field = [](Scene& s) -> Field { return &s.time.rejection; },
-       .range = at_least(0, 1)},
-      {.key = "filter.space",
-       .type = Type::tables,
-       .sentence = "Filters of the picture. Errors are measured before them and after each.",
-       .field = [](Scene& s) -> Field { return &s.space; },
-       .example = "{ kernel = \"box\", size = 5 }"},
-      {.key = "filter.space[].kernel",
-       .type = Type::word,
-       .sentence = "Its form, along x and along y.",
-       .field = [](SpaceFilterSpec& f) -> Field { return &f.kernel; },
-       .words = space_kernel_words,
-       .required = true},
-      {.key = "filter.space[].size",
-       .type = Type::integer,
-       .sentence = "Taps along each axis, an odd number.",
-       .field = [](SpaceFilterSpec& f) -> Field { return &f.size; },
-       .range = at_least(1, 255),
-       .when = with_kernel("box")},
-      {.key = "filter.space[].sigma",
-       .type = Type::number,
-       .sentence = "Standard deviation.",
-       .field = [](SpaceFilterSpec& f) -> Field { return &f.sigma; },
-       .range = at_least(0.1, 32),
-       .unit = "pixels",
-       .when = with_kernel("gauss")},
-      {.key = "filter.space[].n",
-       .type = Type::integer,
-       .sentence = "One less than the taps along each axis, an even number.",
-       .field = [](SpaceFilterSpec& f) -> Field { return &f.n; },
-       .range = at_least(2, 40),
-       .when = with_kernel("binomial")},
-      {.key = "filter.space[].edges",
-       .type = Type::word,
-       .sentence = "What a pixel's neighbours are weighed by besides, so that edges of the surfaces stay.",
-       .field = [](SpaceFilterSpec& f) -> Field { return &f.edges; },
-       .list = true,
-       .words = edge_words},
-      {.key = "filter.space[].depth",
-       .type = Type::number,
-       .sentence = "edges by depth: distance at which a neighbour weighs 1/e; the sphere has the radius 1.",
-       .field = [](SpaceFilterSpec& f) -> Field { return &f.depth; },
-       .range = above(0)},
-      {.key = "filter.space[].power",
-       .type = Type::integer,
-       .sentence = "edges by normal: power of the cosine of the angle.",
-       .field = [](SpaceFilterSpec& f) -> Field { return &f.power; },
-       .range = at_least(1, 1024)},
-      {.key = "filter.space[].name",
-       .type = Type::text,
-       .sentence = "What tables and expectations call it; its kernel and number, such as box5, where it is not said.",
-       .field = [](SpaceFilterSpec& f) -> Field { return &f.name; },
-       .zero_is_unset = true},
   };
 }
 

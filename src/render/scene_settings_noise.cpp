@@ -18,6 +18,8 @@ constexpr Word noise_words[] = {
      "sobol owen owen-sobol"},
     {"sobol-rotated", "in every pixel the same Sobol sequence, rotated by a white random offset",
      "cranley-patterson sobol-rotation"},
+    {"heitz-belcour", "a seed for each pixel, moved behind every frame so that errors follow another noise",
+     "hb seeds"},
 };
 
 // In the order of ValuesFrom.
@@ -99,7 +101,25 @@ std::vector<Setting> rows_of_noises() {
        .sentence = "Another seed gives other numbers.",
        .field = [](NoiseSpec& n) -> Field { return &n.seed; },
        .range = at_least(0),
-       .when = with_kind("white blue-2d blue-3d golden-ratio sobol-owen sobol-rotated")},
+       .when = with_kind("white blue-2d blue-3d golden-ratio sobol-owen sobol-rotated heitz-belcour")},
+      {.key = "noise[].target",
+       .type = Type::text,
+       .sentence = "The noise of the scene, a texture, that errors are to follow, by its name.",
+       .field = [](NoiseSpec& n) -> Field { return &n.target; },
+       .when = with_kind("heitz-belcour"),
+       .required = true},
+      {.key = "noise[].block",
+       .type = Type::integer,
+       .sentence = "Width and height of the blocks of pixels within which seeds are moved in a frame.",
+       .field = [](NoiseSpec& n) -> Field { return &n.block; },
+       .range = at_least(2, 64),
+       .unit = "pixels",
+       .when = with_kind("heitz-belcour")},
+      {.key = "noise[].importance",
+       .type = Type::boolean,
+       .sentence = "Whether convolution and sky bend its numbers to where the kernel or the light is; else they are "
+                   "spread evenly, and what is found is weighed. Textures that hold such points are taken as they are.",
+       .field = [](NoiseSpec& n) -> Field { return &n.importance; }},
   };
 }
 

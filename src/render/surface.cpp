@@ -37,18 +37,7 @@ Hit hit_of(double right_of_middle, double above_middle) {
   return {place, {0, 1, 0}, Shape::plane};
 }
 
-double edge_weight(const Hit& at, const Hit& tap, const SpaceFilterSpec& filter, bool by_depth, bool by_normal) {
-  double weight = 1;
-  if (by_depth) weight *= math::exp(-std::fabs(dot(at.normal, tap.place - at.place)) / filter.depth);
-  if (by_normal) weight *= math::pow(std::max(0.0, dot(at.normal, tap.normal)), filter.power);
-  return weight;
-}
-
-}  // namespace
-
-namespace {
-
-void trace_row(Hits& hits, int y, int view_right, int view_down) {
+void trace_row(Hits& hits, int y, double view_right, double view_down) {
   const double pixel = view_width / hits.width;
   for (int x = 0; x < hits.width; ++x)
     hits.hits[static_cast<std::size_t>(y) * static_cast<std::size_t>(hits.width) + static_cast<std::size_t>(x)] =
@@ -69,9 +58,11 @@ Hits make_hits(int width, int height, ThreadPool& pool) {
   return hits;
 }
 
-Hits make_hits(int width, int height, int view_right, int view_down) {
+Hits make_hits(int width, int height, double view_right, double view_down, Rows rows) {
   Hits hits = no_hits(width, height);
-  for (int y = 0; y < height; ++y) trace_row(hits, y, view_right, view_down);
+  rows(height, [&](int first, int last) {
+    for (int y = first; y < last; ++y) trace_row(hits, y, view_right, view_down);
+  });
   return hits;
 }
 
@@ -128,6 +119,14 @@ Frame frame_of(Vector n) {
   return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}};
 }
 
+double edge_weight(const Hit& at, const Hit& tap, const SpaceFilterSpec& filter, bool by_depth, bool by_normal) {
+  if (at.shape == Shape::plane && tap.shape == Shape::plane) return 1;
+  double weight = 1;
+  if (by_depth) weight *= math::exp(-std::fabs(dot(at.normal, tap.place - at.place)) / filter.depth);
+  if (by_normal) weight *= math::pow(std::max(0.0, dot(at.normal, tap.normal)), filter.power);
+  return weight;
+}
+
 EdgeWeights make_edge_weights(const Hits& hits, const SpaceFilterSpec& filter, Border border) {
   const std::vector<float> taps = taps_of(filter);
   const auto has = [&](const char* edge) {
@@ -157,24 +156,26 @@ EdgeWeights make_edge_weights(const Hits& hits, const SpaceFilterSpec& filter, B
   return weights;
 }
 
-Image filtered(const Image& image, const EdgeWeights& weights, Border border) {
+Image filtered(const Image& image, const EdgeWeights& weights, Border border, Rows rows) {
   Image result = make_image(image.width, image.height, image.channels);
   const auto width = static_cast<std::size_t>(image.width);
   const int reach = weights.reach;
-  std::vector<float> wide(width + 2 * static_cast<std::size_t>(reach));
-  for (int c = 0; c < image.channels; ++c)
-    for (int y = 0; y < image.height; ++y)
-      for (int dy = -reach; dy <= reach; ++dy) {
-        const float* const from = image.row(c, inside(y + dy, image.height, border));
-        for (int x = -reach; x < image.width + reach; ++x)
-          wide[static_cast<std::size_t>(x + reach)] = from[inside(x, image.width, border)];
-        float* const to = result.row(c, y);
-        for (int dx = 0; dx <= 2 * reach; ++dx) {
-          const auto tap = static_cast<std::size_t>((dy + reach) * (2 * reach + 1) + dx);
-          const float* const weight = weights.taps[tap].data() + static_cast<std::size_t>(y) * width;
-          for (std::size_t x = 0; x < width; ++x) to[x] += weight[x] * wide[x + static_cast<std::size_t>(dx)];
+  rows(image.height, [&](int first, int last) {
+    std::vector<float> wide(width + 2 * static_cast<std::size_t>(reach));
+    for (int c = 0; c < image.channels; ++c)
+      for (int y = first; y < last; ++y)
+        for (int dy = -reach; dy <= reach; ++dy) {
+          const float* const from = image.row(c, inside(y + dy, image.height, border));
+          for (int x = -reach; x < image.width + reach; ++x)
+            wide[static_cast<std::size_t>(x + reach)] = from[inside(x, image.width, border)];
+          float* const to = result.row(c, y);
+          for (int dx = 0; dx <= 2 * reach; ++dx) {
+            const auto tap = static_cast<std::size_t>((dy + reach) * (2 * reach + 1) + dx);
+            const float* const weight = weights.taps[tap].data() + static_cast<std::size_t>(y) * width;
+            for (std::size_t x = 0; x < width; ++x) to[x] += weight[x] * wide[x + static_cast<std::size_t>(dx)];
+          }
         }
-      }
+  });
   return result;
 }
 

@@ -41,12 +41,12 @@ struct Hits {
 };
 Hits make_hits(int width, int height, ThreadPool& pool);
 // The same with the view moved by so many pixels, to the right and downward, from the sphere's point of view.
-Hits make_hits(int width, int height, int right, int down);
+Hits make_hits(int width, int height, double right, double down, Rows rows);
 
 // How a shape moves on the screen from one frame to the next, in pixels.
 struct Step {
-  int right = 0;
-  int down = 0;
+  double right = 0;
+  double down = 0;
 };
 Step step_of(const MotionSpec& motion, Shape shape);
 
@@ -70,6 +70,10 @@ struct Frame {
 };
 Frame frame_of(Vector normal);
 
+// What `tap` weighs in a filter at `at`: less the further it is from the plane that touches the surface there, and the
+// more its normal differs. 1 where both lie on the plane.
+double edge_weight(const Hit& at, const Hit& tap, const SpaceFilterSpec& filter, bool by_depth, bool by_normal);
+
 // Weights of the taps of a filter in every pixel, those of a pixel adding up to 1: what lies on another surface weighs
 // nothing or little. They depend on shapes alone, so that the filter stays linear.
 struct EdgeWeights {
@@ -77,6 +81,6 @@ struct EdgeWeights {
   std::vector<std::vector<float>> taps;  // [dy][dx], each of all pixels
 };
 EdgeWeights make_edge_weights(const Hits& hits, const SpaceFilterSpec& filter, Border border);
-Image filtered(const Image& image, const EdgeWeights& weights, Border border);
+Image filtered(const Image& image, const EdgeWeights& weights, Border border, Rows rows = {});
 
 }  // namespace noiseloom::render

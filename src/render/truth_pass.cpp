@@ -24,36 +24,54 @@ Truth filtered_truth(const Shared& shared, Effect effect, Image image) {
   Truth truth;
   truth.after.push_back(std::move(image));
   for (std::size_t k = 0; k < shared.scene.space.size(); ++k)
-    truth.after.push_back(filtered(shared, shared.pass, truth.after.front(), k));
+    truth.after.push_back(is_linear(shared.scene.space[k])
+                              ? filtered(shared, shared.pass, truth.after.front(), k, {&shared.pool})
+                              : truth.after.front());
   const auto converged = calls_of(effect).converged;
   const Image limit = converged == nullptr ? truth.after.front() : converged(shared);
-  for (const Image& after : truth.after)
-    truth.bias.push_back(shared.scene.motion.on ? std::nan("") : rms_distance(after, limit));
+  for (const Image& after : truth.after) truth.bias.push_back(rms_distance(after, limit));
   return truth;
 }
 
-// Effects on surfaces have one channel.
-Image image_around_truth(const Scene& scene) {
-  Image image = make_image(scene.width, scene.height, 1);
-  std::fill(image.values.begin(), image.values.end(), moving_truth);
-  return image;
+// Where jobs make it frame by frame.
+Truth truth_elsewhere(const Scene& scene) {
+  Truth truth;
+  truth.bias.assign(1 + scene.space.size(), std::nan(""));
+  return truth;
+}
+
+std::int64_t images_of(const Scene& scene, Effect effect) {
+  if (truth_changes_with_frame(scene, effect)) return 0;
+  return calls_of(effect).truth_changes_with_repeat(scene) ? scene.repeats : 1;
+}
+
+void add_work(const EffectCalls& calls, const Scene& scene, std::int64_t images, Counts& counts) {
+  if (calls.work_of_truth == nullptr) return;
+  const Counts of_pixel = calls.work_of_truth(scene);
+  for (std::size_t i = 0; i < counts.size(); ++i) counts[i] += of_pixel[i] * pixels_of(scene) * images;
+}
+
+std::int64_t taps_of_linear(const Scene& scene, std::int64_t channels) {
+  std::int64_t taps = 0;
+  for (const SpaceFilterSpec& filter : scene.space) taps += is_linear(filter) ? channels * taps_of_filter(filter) : 0;
+  return taps;
 }
 
 }  // namespace
 
 void make_truth(Shared& shared) {
+  const Scene& scene = shared.scene;
   auto& all = shared.truth.make();
   for (const Effect effect : shared.effects) {
     const EffectCalls& calls = calls_of(effect);
-    const int repeats = calls.truth_changes_with_repeat(shared.scene) ? shared.scene.repeats : 1;
     std::vector<Truth> truths;
-    for (int repeat = 0; repeat < repeats; ++repeat) {
-      truths.push_back(filtered_truth(
-          shared, effect, shared.scene.motion.on ? image_around_truth(shared.scene) : calls.truth(shared, repeat)));
-      if (!shared.scene.motion.on) count_of(*shared.counts, Work::expectations) += pixels_of(shared.scene);
-      count_of(*shared.counts, Work::taps) +=
-          pixels_of(shared.scene) * calls.channels(shared.scene) * taps_of_all(shared.scene);
+    for (int repeat = 0; repeat < images_of(scene, effect); ++repeat) {
+      truths.push_back(filtered_truth(shared, effect, calls.truth(shared, repeat)));
+      count_of(*shared.counts, Work::expectations) += pixels_of(scene);
+      count_of(*shared.counts, Work::taps) += pixels_of(scene) * taps_of_linear(scene, calls.channels(scene));
+      add_work(calls, scene, 1, *shared.counts);
     }
+    if (truths.empty()) truths.push_back(truth_elsewhere(scene));
     all.push_back(std::move(truths));
   }
 }
@@ -62,20 +80,19 @@ Counts work_of_truth(const Scene& scene, std::span<const Noise>) {
   Counts counts{};
   for (const Effect effect : effects_of(scene)) {
     const EffectCalls& calls = calls_of(effect);
-    const std::int64_t images = calls.truth_changes_with_repeat(scene) ? scene.repeats : 1;
-    if (!scene.motion.on) count_of(counts, Work::expectations) += pixels_of(scene) * images;
-    count_of(counts, Work::taps) += pixels_of(scene) * calls.channels(scene) * taps_of_all(scene) * images;
+    const std::int64_t pixels = pixels_of(scene) * images_of(scene, effect);
+    count_of(counts, Work::expectations) += pixels;
+    count_of(counts, Work::taps) += pixels * taps_of_linear(scene, calls.channels(scene));
+    add_work(calls, scene, images_of(scene, effect), counts);
   }
   return counts;
 }
 
 std::int64_t bytes_of_truth(const Scene& scene, std::span<const Noise>) {
   std::int64_t bytes = 0;
-  for (const Effect effect : effects_of(scene)) {
-    const EffectCalls& calls = calls_of(effect);
-    const std::int64_t images = calls.truth_changes_with_repeat(scene) ? scene.repeats : 1;
-    bytes += 4 * images * pixels_of(scene) * calls.channels(scene) * (1 + std::ssize(scene.space));
-  }
+  for (const Effect effect : effects_of(scene))
+    bytes += 4 * images_of(scene, effect) * pixels_of(scene) * calls_of(effect).channels(scene) *
+             (1 + std::ssize(scene.space));
   return bytes;
 }
 

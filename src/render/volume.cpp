@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -139,21 +138,6 @@ Columns make_columns(const Grid& density, const Grid& light, int width, int heig
       }
   });
   return columns;
-}
-
-float exp_minus(float x) {
-  if (!(x < 87)) return x != x ? x : 0;
-  // 2^-k e^-r with |r| <= ln 2 / 2.
-  const float k = std::floor(x * 0x1.715476p+0F + 0.5F);
-  const float r = (k * 0x1.62e4p-1F - x) + k * 0x1.7f7d1cp-20F;
-  float tail = 1.0F / 5040;
-  tail = tail * r + 1.0F / 720;
-  tail = tail * r + 1.0F / 120;
-  tail = tail * r + 1.0F / 24;
-  tail = tail * r + 1.0F / 6;
-  tail = tail * r + 0.5F;
-  const float value = 1 + (r + r * r * tail);
-  return value * std::bit_cast<float>(static_cast<std::uint32_t>(127 - static_cast<int>(k)) << 23);
 }
 
 double background(int y, int height) { return 0.35 + 0.4 * (y + 0.5) / height; }

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "noiseloom/core/parallel.h"
@@ -58,7 +60,21 @@ inline Node along(const Node* column, int nodes, float z) {
 }
 
 // exp(-x), x >= 0, to a relative error of 4e-7 and the same bits everywhere; exp(0) = 1.
-float exp_minus(float x);
+inline float exp_minus(float x) {
+  if (!(x < 87)) return x != x ? x : 0;
+  // 2^-k e^-r with |r| <= ln 2 / 2.
+  const auto whole = static_cast<std::int32_t>(x * 0x1.715476p+0F + 0.5F);
+  const auto k = static_cast<float>(whole);
+  const float r = (k * 0x1.62e4p-1F - x) + k * 0x1.7f7d1cp-20F;
+  float tail = 1.0F / 5040;
+  tail = tail * r + 1.0F / 720;
+  tail = tail * r + 1.0F / 120;
+  tail = tail * r + 1.0F / 24;
+  tail = tail * r + 1.0F / 6;
+  tail = tail * r + 0.5F;
+  const float value = 1 + (r + r * r * tail);
+  return value * std::bit_cast<float>(static_cast<std::uint32_t>(127 - whole) << 23);
+}
 
 // The light behind the volume.
 double background(int y, int height);

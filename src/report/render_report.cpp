@@ -7,6 +7,7 @@
 
 #include "noiseloom/core/quantity_text.h"
 #include "noiseloom/report/number_text.h"
+#include "report/error_spectra.h"
 #include "report/report_writer.h"
 
 namespace noiseloom {
@@ -17,6 +18,7 @@ using render::ResultPicture;
 using render::Scene;
 
 constexpr int picture_size = 216;  // CSS pixels of a picture's side, four in a row
+constexpr int wipe_size = 640;     // of one that is looked at alone
 constexpr PlotLine::Style styles[] = {PlotLine::Style::main, PlotLine::Style::second, PlotLine::Style::third,
                                       PlotLine::Style::fourth, PlotLine::Style::fifth};
 
@@ -27,9 +29,9 @@ std::string percent_of(const Result& result, double rmse, std::size_t effect, st
 }
 
 // Of at most so many pixels, cut from the middle, each shown as a square of whole pixels.
-Picture shown(const ResultPicture& image, const ResultPicture* truth, double scale) {
-  const int width = std::min(image.width, picture_size);
-  const int height = std::min(image.height, picture_size);
+Picture shown(const ResultPicture& image, const ResultPicture* truth, double scale, int size = picture_size) {
+  const int width = std::min(image.width, size);
+  const int height = std::min(image.height, size);
   const int first_x = (image.width - width) / 2;
   const int first_y = (image.height - height) / 2;
   const std::size_t pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
@@ -44,7 +46,7 @@ Picture shown(const ResultPicture& image, const ResultPicture* truth, double sca
         const double level = truth == nullptr ? value : 0.5 + scale * (value - static_cast<double>(truth->values[i]));
         picture.rgb.push_back(static_cast<std::uint8_t>(255 * std::clamp(level, 0.0, 1.0) + 0.5));
       }
-  const int factor = factor_to_fill(std::max(width, height), picture_size);
+  const int factor = factor_to_fill(std::max(width, height), size);
   return enlarged(picture, factor, factor);
 }
 
@@ -82,12 +84,15 @@ class Page {
             : "; in brackets what the score of the texture promises, times the error of white noise");
     section.tables.push_back(table(effect));
     writer_.report.sections.push_back(section);
+    for (std::size_t m = 1; m < result_.metrics.size(); ++m) add_metric(effect, name, result_.metrics[m]);
     if (scene_.puts_out("curves")) add_curves(effect, name);
     if (scene_.puts_out("images")) {
       add_pictures(effect, name, 0);
       if (last > 0) add_pictures(effect, name, last);
+      add_wipe(effect, name, last);
       add_spectra(effect, name);
     }
+    if (!result_.spectra.empty()) add_error_spectra(result_, effect, writer_);
   }
 
   void add_expectations(const std::vector<render::ExpectationResult>& expectations) {
@@ -131,6 +136,20 @@ class Page {
     return table;
   }
 
+  void add_metric(std::size_t effect, const std::string& name, render::Metric metric) {
+    if (std::isnan(result_.of_repeat(metric, effect, 0, 0, 0, result_.frames - 1))) return;
+    ReportTable values{{"after"}, {}};
+    for (const std::string& noise : result_.noises) values.columns.push_back(noise);
+    for (std::size_t stage = 0; stage < result_.stages.size(); ++stage) {
+      ReportTableRow row{{result_.stages[stage].to_string()}, ""};
+      for (std::size_t noise = 0; noise < result_.noises.size(); ++noise)
+        row.cells.push_back(digits_text(result_.value(metric, effect, noise, stage, result_.frames - 1).mean));
+      row.strong = stage == main_stage();
+      values.rows.push_back(row);
+    }
+    writer_.report.sections.push_back({name + ": " + render::title_of(metric), "", {}, {values}});
+  }
+
   // What most users look at: the first filter over time and the last over space, where there are such.
   std::size_t main_stage() const {
     const std::size_t spaces = scene_.space.size();
@@ -171,8 +190,7 @@ class Page {
     return result_.pictures[(effect * result_.noises.size() + noise) * result_.stages.size() + stage];
   }
   const ResultPicture& truth(std::size_t effect, std::size_t stage) const {
-    const std::size_t spaces = 1 + scene_.space.size();
-    return result_.truths[effect * spaces + stage % spaces];
+    return result_.truths[effect * result_.stages.size() + stage];
   }
 
   void add_pictures(std::size_t effect, const std::string& name, std::size_t stage) {
@@ -199,6 +217,19 @@ class Page {
           fmt::format("{}, and its error: {}{}", of, digits_text(rmse), share.empty() ? "" : ", " + share)));
     }
     writer_.report.sections.push_back(section);
+  }
+
+  // The truth and all noises over each other, after the filters that most users have.
+  void add_wipe(std::size_t effect, const std::string& name, std::size_t stage) {
+    std::vector<std::pair<std::string, Picture>> pictures = {
+        {"truth", shown(truth(effect, stage), nullptr, 0, wipe_size)}};
+    for (std::size_t noise = 0; noise < result_.noises.size(); ++noise)
+      pictures.emplace_back(result_.noises[noise], shown(picture(effect, noise, stage), nullptr, 0, wipe_size));
+    const std::string after = stage == 0 ? "one frame alone" : "after " + result_.stages[stage].to_string();
+    writer_.report.sections.push_back(
+        {fmt::format("{}: side by side, {}", name, after),
+         "Choose two pictures, and draw the corner at the lower end of the line between them.",
+         {writer_.wipe(fmt::format("page/{}_wipe", name), pictures, "The middle of the last frame.")}});
   }
 
   // How the error of a frame is spread over frequencies: all noises have about the same sum.

@@ -55,6 +55,12 @@ td.number { width: 1%; white-space: nowrap; }
 .data .strong td { font-weight: 650; }
 .data tr.command td { border-top: 0; padding: 0 0 8px; text-align: left; white-space: normal; }
 code { font: 12px/1.45 ui-monospace, Menlo, Consolas, monospace; color: var(--soft); overflow-wrap: anywhere; }
+.choices { color: var(--soft); font-size: 13px; } .choices span { display: inline-block; min-width: 3em; }
+.choices label { margin-right: 12px; white-space: nowrap; color: var(--ink); }
+.right-picture, .left-picture { background: var(--right) no-repeat; image-rendering: pixelated; }
+.right-picture { position: relative; margin-top: 8px; box-shadow: 0 0 0 1px var(--line); }
+.left-picture { background-image: var(--left); width: 50%; height: 100%; min-width: 18px; max-width: 100%; overflow: hidden;
+  resize: horizontal; border-right: 2px solid var(--accent); }
 pre { overflow-x: auto; margin: 8px 0 0; font-size: 13px; }
 footer { margin-top: 18px; color: var(--soft); font-size: 13px; }
 @page { margin: 12mm; }

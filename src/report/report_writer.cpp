@@ -6,6 +6,8 @@
 #include <fstream>
 #include <iterator>
 
+#include "report/wipe.h"
+
 namespace noiseloom {
 namespace {
 
@@ -50,6 +52,15 @@ ReportFigure ReportWriter::spectrum_figure(const std::string& file, const PlaneS
   const std::vector<std::byte> png = write_png(file, picture, caption);
   return {picture_with_axes(embedded_source(png), picture.width, picture.height, axes), caption,
           picture_width_with_axes(picture.width)};
+}
+
+ReportFigure ReportWriter::wipe(const std::string& prefix, const std::vector<std::pair<std::string, Picture>>& pictures,
+                                const std::string& caption) {
+  std::vector<std::pair<std::string, std::string>> sources;
+  for (const auto& [name, picture] : pictures)
+    sources.emplace_back(name, embedded_source(write_png(fmt::format("{}_{}.png", prefix, name), picture, name)));
+  const Picture& first = pictures.front().second;
+  return {wipe_html(fmt::format("wipe{}", ++num_wipes_), first.width, first.height, sources), caption, first.width};
 }
 
 void ReportWriter::finish() { write("report.html", report_html(report)); }

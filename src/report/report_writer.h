@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "noiseloom/files/output_files.h"
@@ -29,6 +30,9 @@ class ReportWriter {
   // The same for a spectrum: black is no power, light grey that of white noise, and both axes run from -1/2 to 1/2.
   ReportFigure spectrum_figure(const std::string& file, const PlaneSpectrum& spectrum, const PictureAxes& axes,
                                const std::string& caption);
+  // Pictures of one size, with their names, laid over each other (wipe.h). They are written as PREFIX_NAME.png.
+  ReportFigure wipe(const std::string& prefix, const std::vector<std::pair<std::string, Picture>>& pictures,
+                    const std::string& caption);
   // Writes the page itself.
   void finish();
 
@@ -39,6 +43,7 @@ class ReportWriter {
 
   OutputFiles& output_;
   std::string folder_;
+  int num_wipes_ = 0;
 };
 
 // A spectrum as a line of a plot.

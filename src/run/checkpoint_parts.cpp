@@ -6,6 +6,7 @@
 #include "noiseloom/anneal/swap_optimizer.h"
 #include "noiseloom/construct/slice_construction.h"
 #include "noiseloom/construct/void_and_cluster.h"
+#include "noiseloom/dist/activity.h"
 #include "noiseloom/run/checkpoint.h"
 
 namespace noiseloom {
@@ -126,6 +127,7 @@ std::string permutation_fault(std::span<const SampleId> ids) {
 std::string publish_run(FileOps& ops, const std::string& path, const RunFileContent& content,
                         const Distribution& distribution, const Communicator& communicator,
                         const ProduceSlice& produce) {
+  const Activity writing(Activity::Kind::writing, "saves");
   std::unique_ptr<RunFileWriter> writer;
   communicator.on_root([&] { writer = std::make_unique<RunFileWriter>(ops, path, content); });
   for (std::size_t dataset = 0; dataset < content.datasets.size(); ++dataset) {
@@ -138,8 +140,10 @@ std::string publish_run(FileOps& ops, const std::string& path, const RunFileCont
   std::string checksum;
   communicator.on_root([&] {
     checksum = writer->checksum(0);
-    writer->publish();
+    writer->complete();
   });
+  // All ranks have come here: a rank 0 that was cut off from the others gives nothing its name.
+  communicator.on_root([&] { writer->publish(); });
   return checksum;
 }
 

@@ -13,6 +13,7 @@
 
 #include "noiseloom/config/config.h"
 #include "noiseloom/config/inputs.h"
+#include "noiseloom/core/console.h"
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/core/quantity_text.h"
 #include "noiseloom/files/output_probe.h"
@@ -44,7 +45,7 @@ class Generation {
 
  private:
   void load();
-  void claim_output();
+  bool claim_output();
   void take_inputs();
   void read_provenance();
   void probe() const;
@@ -74,6 +75,7 @@ class Generation {
   std::string stored_checksum_;  // of the run that was resumed
   double earlier_s_ = 0;         // that the earlier parts of the run took
   std::int64_t parts_ = 1;
+  std::string run_;            // drawn when it began, the same in all its parts
   std::string config_folder_;  // absolute, as it was at the start: the working folder may go away
 };
 
@@ -105,14 +107,22 @@ void Generation::load() {
   communicator_.together([&] { config_ = parse_config(text, request_.config, folder, {}, MissingFiles::accepted); });
 }
 
-void Generation::claim_output() {
+// False where another run holds it and that is to be no fault.
+bool Generation::claim_output() {
+  bool held = false;
   communicator_.on_root([&] {
     const std::string& path = request_.output;
-    lock_ = lock_output(path, communicator_.size(), progress_);
-    if (const std::string mismatch = launcher_mismatch(communicator_.size()); !mismatch.empty()) {
-      progress_.warn(mismatch);
+    try {
+      lock_ = lock_output(path, communicator_.size(), progress_);
+    } catch (const OutputHeld&) {
+      held = request_.skip_if_held;
+      if (held) return;
+      throw;
     }
+    const std::string mismatch = request_.skip_if_held ? "" : launcher_mismatch(communicator_.size());
+    if (!mismatch.empty()) progress_.warn(mismatch);
     remove_stale_temporaries(posix_file_ops(), path);
+    run_ = lock_->number();
     if (request_.resume) {
       saved_ = open_saved_run(path, progress_);
       if (!saved_.reader) return;
@@ -122,7 +132,10 @@ void Generation::claim_output() {
       refuse_existing_output(path);
     }
   });
-  resumed_ = communicator_.any_bits(saved_.reader ? 1U : 0U) != 0;
+  constexpr std::uint32_t held_bit = 2;
+  const std::uint32_t bits = communicator_.any_bits((saved_.reader ? 1U : 0U) | (held ? held_bit : 0U));
+  resumed_ = (bits & 1U) != 0;
+  return (bits & held_bit) == 0;
 }
 
 // The files that the config names, as all ranks work from them; then the job, which checks them.
@@ -150,6 +163,9 @@ void Generation::read_provenance() {
     const auto* count = std::get_if<std::int64_t>(&parts->second);
     constexpr std::int64_t most_parts = 1'000'000'000;
     if (count != nullptr && *count >= 0 && *count < most_parts) parts_ = 1 + *count;
+  }
+  if (const auto run = provenance.find("run"); run != provenance.end()) {
+    if (const auto* known = std::get_if<std::string>(&run->second)) run_ = *known;
   }
   if (const auto seconds = provenance.find("seconds_total"); seconds != provenance.end()) {
     const auto* earlier = std::get_if<double>(&seconds->second);
@@ -213,6 +229,8 @@ std::map<std::string, Attribute> Generation::provenance() const {
           {"ranks", std::int64_t{communicator_.size()}},
           {"threads", std::int64_t{threads_}},
           {"parts", parts_},
+          {"run", run_},
+          {"incarnation", lock_ ? lock_->number() : ""},
           {"seconds_total", run_s()}};
 }
 
@@ -284,8 +302,15 @@ std::vector<std::pair<std::string, std::string>> Generation::summary(const std::
 }
 
 GenerateResult Generation::run() {
+  const Watchdog watchdog(
+      communicator_, request_.watch, [this](const std::string& line) { progress_.warn(line); },
+      [](const std::string& words) { print_error(fmt::format("noiseloom generate: {}\n", words)); });
   load();
-  claim_output();
+  if (!claim_output()) {
+    GenerateResult result;
+    result.held = true;
+    return result;
+  }
   take_inputs();
   if (asked_to_stop()) return stopped_before_start();
   take_up();

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "noiseloom/core/quantity_text.h"
+#include "noiseloom/dist/activity.h"
 #include "noiseloom/run/stop_signals.h"
 
 namespace noiseloom {
@@ -67,7 +68,11 @@ LoopResult RunLoop::run() {
     const std::uint32_t bits = communicator_.any_bits(bits_due());
     if ((bits & (signal_bit | limit_bit | reader_bit)) != 0) return {false, stop_cause(bits), save_at_stop()};
     if ((bits & checkpoint_bit) != 0) checkpoint();
-    job_.step(run_s());
+    {
+      const Activity computing(Activity::Kind::computing, "computes a step");
+      job_.step(run_s());
+    }
+    note_step();
     has_moved_ = true;
     progress_.update(job_.num_rows(), surroundings_.part_s(),
                      [&] { return job_.figures(run_s(), surroundings_.part_s()); });

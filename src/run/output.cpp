@@ -77,8 +77,7 @@ std::unique_ptr<RunLock> lock_output(const std::string& path, int ranks, Progres
       progress.warn(fmt::format("{}: this file system has no locks; see that no second run writes here", path));
     }
     return lock;
-  } catch (const UserError& held) {
-    if (!fs::exists(path + ".lock")) throw;  // it could not even be made
+  } catch (const OutputHeld& held) {
     std::string reason = launcher_mismatch(ranks);
     if (reason.empty() && ranks == 1 && just_locked) {
       reason = fmt::format("if one launcher started both processes: {}", same_interface);
@@ -86,7 +85,7 @@ std::unique_ptr<RunLock> lock_output(const std::string& path, int ranks, Progres
     if (reason.empty()) throw;
     std::vector<Fault> faults = held.faults();
     faults.back().text += "; " + reason;
-    throw UserError(std::move(faults));
+    throw OutputHeld(std::move(faults));
   }
 }
 

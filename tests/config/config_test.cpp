@@ -207,7 +207,8 @@ TEST(Config, EveryConfigOfTheRepositoryRoundTrips) {
   int count = 0;
   const std::string folder = testing_support::source_folder() + "/configs";
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() != ".toml") continue;
+    const std::string name = entry.path().filename().string();
+    if (entry.path().extension() != ".toml" || name.starts_with("gallery")) continue;  // lists of what varies
     SCOPED_TRACE(entry.path());
     expect_round_trip(load_config(entry.path().string(), {}), folder);
     ++count;

@@ -151,13 +151,56 @@ class LockOfAnotherMachine : public testing::Test {
   std::string said_;
 };
 
-TEST_F(LockOfAnotherMachine, LongSilentIsTakenAtOnce) {
+TEST_F(LockOfAnotherMachine, LongSilentIsTakenAfterABeat) {
   leave(record_of_another_machine());
   age(3600s);
   const auto begun = std::chrono::steady_clock::now();
-  EXPECT_EQ(attempt(LockTiming{}), "locked");
+  LockTiming timing;
+  timing.beat = 20ms;
+  EXPECT_EQ(attempt(timing), "locked");
   EXPECT_LT(std::chrono::steady_clock::now() - begun, 5s);
-  EXPECT_EQ(said_, "");
+  EXPECT_THAT(folder_.names(), ElementsAre());
+}
+
+TEST_F(LockOfAnotherMachine, ThatBeatsIsRefusedThoughTheClockJumpedByAYear) {
+  for (const std::chrono::seconds jump : {365 * 24 * 3600s, -365 * 24 * 3600s}) {
+    leave(record_of_another_machine());
+    age(jump);  // its last beat was before the jump
+    std::atomic<bool> ending = false;
+    std::thread heart([&] {
+      while (!ending) {
+        std::this_thread::sleep_for(20ms);
+        std::filesystem::last_write_time(lock_path_, std::filesystem::file_time_type::clock::now());
+      }
+    });
+    LockTiming timing;
+    timing.beat = 40ms;
+    EXPECT_THAT(attempt(timing), HasSubstr("another run is writing it"));
+    ending = true;
+    heart.join();
+  }
+}
+
+// Our predecessor on this machine, of a job that Slurm has started anew: given a while to end, unless it is suspended.
+TEST_F(LockOfAnotherMachine, OfOurOwnPredecessorHereIsTakenOver) {
+  ::setenv("SLURM_JOB_ID", "123", 1);
+  ::setenv("SLURM_RESTART_COUNT", "0", 1);
+  for (const bool suspended : {false, true}) {
+    Child holder([&](auto ready) {
+      const RunLock lock(path_, {}, quick);
+      ready();
+      ::pause();
+    });
+    ASSERT_TRUE(holder.wait_until_ready());
+    EXPECT_THAT(attempt(), HasSubstr("another run is writing it"));  // the same start of the job
+    ::setenv("SLURM_RESTART_COUNT", "1", 1);
+    if (suspended) ::kill(holder.pid(), SIGSTOP);
+    LockTiming timing = quick;
+    timing.dying = suspended ? 60s : 100ms;
+    EXPECT_EQ(attempt(timing), "locked");
+    EXPECT_THAT(said_, HasSubstr("taking over"));
+    ::setenv("SLURM_RESTART_COUNT", "0", 1);
+  }
   EXPECT_THAT(folder_.names(), ElementsAre());
 }
 

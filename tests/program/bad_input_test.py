@@ -105,7 +105,7 @@ class BadInput(ProgramTest):
                                      (("plan", "a.toml"), "--rank", "--ranks"), (("info", "a.h5"), "--jsn", "--json")):
             self.assertIn(f"{word}: unknown option; did you mean {meant}?", self.run_program(*command, word, "2", expect=2).stderr)
         config = self.write("good.toml", GOOD)
-        for option in (("--time-limit", "soon"), ("--threads", "-1"), ("--threads", "100000"), ("--threads", "two"), ("--progress", "loud"), ("--resume", "--overwrite")):
+        for option in (("--time-limit", "soon"), ("--threads", "-1"), ("--threads", "100000"), ("--threads", "two"), ("--watchdog", "never"), ("--progress", "loud"), ("--resume", "--overwrite")):
             done = self.run_program("generate", config, "-o", "x.h5", *option, expect=2)
             self.assertIn(option[0], done.stderr)
         self.assertFalse((self.folder / "x.h5").exists())

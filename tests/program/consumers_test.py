@@ -31,6 +31,19 @@ combine = "product"
 [optimizer]
 stop = { iterations = 1 }
 """
+# What three.js' own loader makes of a KTX2 file. Numbers that need no decoding ask nothing of the renderer, which is left out.
+LOAD_KTX2 = """
+import { KTX2Loader } from '%s/three/examples/jsm/loaders/KTX2Loader.js';
+import { readFileSync } from 'fs';
+const bytes = readFileSync(process.argv[2]);
+const loader = new KTX2Loader();
+loader.workerConfig = {};
+loader.parse(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength), texture => {
+  const { data, width, height, depth } = texture.image;
+  console.log(JSON.stringify({ volume: texture.isData3DTexture === true, size: [width, height, depth], format: texture.format,
+    type: texture.type, data: Buffer.from(data.buffer, data.byteOffset, data.byteLength).toString('hex') }));
+}, error => { throw error; });
+"""
 SMALL, LARGE, PBRT = (16, 16, 4), (128, 128, 64), (128, 128, 48)
 
 
@@ -135,6 +148,24 @@ class ConsumersTest(support.ProgramTest):
             self.assertEqual((read["depth"], read["layers"]), sizes)
             texels = numpy.frombuffer(bytes.fromhex(read["data"]), "u1").reshape(4, 16, 16, channels)
             numpy.testing.assert_array_equal(texels[..., :values.shape[-1]], codes(values, 8))
+
+    def test_the_loader_of_three_makes_volumes(self):
+        if not (NODE_MODULES / "three").is_dir() or shutil.which("node") is None:
+            return not_tried("three.js' KTX2Loader", "node or the package is missing (tools/setup)")
+        script = self.write("three.mjs", LOAD_KTX2 % NODE_MODULES)
+        for samples, depth, channels, format, kind in [("uniform", "8", 1, 1028, 1009), ("vector2", "8", 2, 1030, 1009),
+                                                       ("vector2", "16f", 2, 1030, 1016), ("vector2", "32f", 2, 1030, 1015)]:
+            files, values = self.exported("three", samples, SMALL, "--depth", depth)
+            (path,) = files.values()
+            read = json.loads(subprocess.run(["node", script, path], check=True, capture_output=True, text=True).stdout)
+            self.assertEqual((read["volume"], read["size"]), (True, [16, 16, 4]))
+            self.assertEqual((read["format"], read["type"]), (format, kind))  # RedFormat, RGFormat; bytes, halves, floats
+            numbers = numpy.frombuffer(bytes.fromhex(read["data"]), {"8": "u1", "16f": "<f2", "32f": "<f4"}[depth])
+            numbers = numbers.reshape(4, 16, 16, channels)
+            expected = codes(values, 8) if depth == "8" else values.astype(numbers.dtype)
+            if depth == "16f":  # samples stay below 1, where rounding would take them there
+                expected = numpy.minimum(expected, numpy.nextafter(numpy.float16(1), numpy.float16(0)))
+            numpy.testing.assert_array_equal(numbers, expected)
 
     def test_remix_reads_bytes_of_64_bit_numbers(self):
         files, values = self.exported("remix", "uniform", LARGE)

@@ -5,7 +5,7 @@ import signal
 import subprocess
 import time
 
-from support import KILLER, ProgramTest, main
+from support import BIN, KILLER, ProgramTest, main
 
 CONFIG = """
 [texture]
@@ -17,6 +17,10 @@ groups  = [ { axes = "xy", kernel = "box", size = 3 }, { axes = "t", kernel = "b
 [optimizer]
 stop = { iterations = 600 }
 """
+
+
+# Of the first publishing its last operations, of the second some of the writing and all that gives names.
+STOPS = (30, 36, 37, 38, 45, *range(76, 88))
 
 
 class Kill(ProgramTest):
@@ -54,9 +58,34 @@ class Kill(ProgramTest):
                 break
         self.assertGreater(killed, 40)
 
-    def under_way(self, ranks):
+    def test_a_superseded_run_overwrites_nothing_wherever_it_was_stopped(self):
+        """Suspended at an operation of its publishing, superseded by the next start of its job, then woken up."""
+        output = "out.h5"
+        arguments = [str(BIN / "noiseloom"), "generate", self.config, "-o", output, "--resume", "--checkpoint-every", "0.02s",
+                     "--progress", "none"]
+        job = {**os.environ, "SLURM_JOB_ID": "7", "SLURM_RESTART_COUNT": "0"}
+        stopped = 0
+        for at in STOPS:
+            for path in self.folder.glob(output + "*"):
+                path.unlink()
+            old = subprocess.Popen(arguments, cwd=self.folder, stderr=subprocess.PIPE, text=True,
+                                   env={**job, "LD_PRELOAD": KILLER, "KILL_AT": str(at), "KILL_PART": self.folder.name,
+                                        "KILL_SIGNAL": str(int(signal.SIGSTOP))})
+            _, how = os.waitpid(old.pid, os.WUNTRACED)
+            self.assertTrue(os.WIFSTOPPED(how), at)
+            stopped += 1
+            self.run_program(*arguments[1:], environment={"SLURM_JOB_ID": "7", "SLURM_RESTART_COUNT": "1"})
+            newer = (self.folder / output).read_bytes()
+            old.send_signal(signal.SIGCONT)
+            said = old.communicate(timeout=60)[1]
+            self.assertEqual(old.returncode, 1, f"{at}: {said}")
+            self.assertEqual((self.folder / output).read_bytes(), newer, at)
+            self.assertEqual([p.name for p in self.folder.glob("*tmp-*")], [], at)
+        self.assertEqual(self.samples_checksum(output), self.expected)
+
+    def under_way(self, ranks, iterations=4000, *further):
         command = self.command("generate", self.config, "-o", "out.h5", "--resume", "--checkpoint-every", "0.05s", "--progress",
-                               "json", "--set", "optimizer.stop.iterations=4000", ranks=ranks)
+                               "json", "--set", f"optimizer.stop.iterations={iterations}", *further, ranks=ranks)
         process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=self.folder)
         for line in process.stderr:
             if "saved" in line:
@@ -96,6 +125,37 @@ class Kill(ProgramTest):
                 self.assertNotEqual(process.returncode, 0)
         self.run_program("generate", self.config, "-o", "out.h5", "--resume", "--progress", "none", *long_run, ranks=2)
         self.assertEqual(self.samples_checksum("out.h5"), expected)
+
+    def test_a_rank_that_is_stopped_ends_the_run_by_name(self):
+        for victim in (1, 0):
+            with self.subTest(victim):
+                process = self.under_way(3, 10_000_000, "--watchdog", "2s")
+                ranks = {self.rank_of(pid): pid for pid in self.ranks_of(process)}
+                os.kill(ranks[victim], signal.SIGSTOP)
+                said = process.stderr.read()
+                process.wait(timeout=60)
+                process.stderr.close()
+                self.assertEqual(process.returncode, 76, said)
+                self.assertRegex(said, rf"rank {victim} on .* \(process {ranks[victim]}\) has not been heard of for .*its last word")
+                self.info("out.h5")  # what was saved last is whole
+
+    def rank_of(self, pid):
+        with open(f"/proc/{pid}/environ") as environment:
+            variables = dict(entry.split("=", 1) for entry in environment.read().split("\0") if "=" in entry)
+        return int(variables.get("OMPI_COMM_WORLD_RANK", variables.get("PMI_RANK", "-1")))
+
+    def test_a_job_that_is_suspended_as_a_whole_goes_on(self):
+        process = self.under_way(2, 10_000_000, "--watchdog", "2s")
+        ranks = self.ranks_of(process)
+        for pid in ranks:
+            os.kill(pid, signal.SIGSTOP)
+        time.sleep(4)
+        for pid in ranks:
+            os.kill(pid, signal.SIGCONT)
+        time.sleep(1)
+        os.kill(ranks[1], signal.SIGUSR1)
+        self.finish(process)
+        self.assertEqual(process.returncode, 75)
 
 
 if __name__ == "__main__":

@@ -1,12 +1,19 @@
-"""fastnoise, stbn-scalar, stbn-vector: files and names as the published programs make them."""
+"""fastnoise, stbn-scalar, stbn-vector: files and names as the published programs make them; and tools/gallery."""
 
 import json
+import os
+import subprocess
+import sys
 import unittest
 
-import numpy as np
-from PIL import Image
+from support import BIN, SOURCE, ProgramTest, main
 
-from support import ProgramTest, main
+try:
+    import numpy as np
+    from PIL import Image
+except ImportError as missing:
+    print(f"skipped: {missing}")
+    raise SystemExit(77)
 
 
 def pixels(path):
@@ -67,7 +74,51 @@ class PublishedPrograms(ProgramTest):
         self.assertIn("hemisphere-cosine", self.run_program("plan", config).stdout)
         wrong = self.run_program(*"fastnoise sphere Tent Box 3 Box 1 Product 8 8 1 n -split -foo".split(), expect=2)
         self.assertIn('word 2 "Tent"', wrong.stderr)
-        self.assertIn('word 13 "-foo": unknown option', wrong.stderr)
+        self.assertRegex(wrong.stderr, r'word 13 "-foo": unknown option.*; see noiseloom fastnoise --help')
+
+
+class Gallery(ProgramTest):
+    def gallery(self, *arguments, expect=0):
+        path = f"{BIN}{os.pathsep}{os.environ['PATH']}"
+        done = subprocess.run([sys.executable, SOURCE / "tools/gallery", *map(str, arguments)], env={**os.environ, "PATH": path},
+                              capture_output=True, text=True, timeout=300, cwd=self.folder)
+        self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
+        return done.stdout
+
+    def test_every_member_of_the_banks_is_a_config(self):
+        names = self.gallery("--list").split()
+        self.assertEqual((len(names), len(set(names))), (164, 164))
+        for word in ("masks_128x128x64", "stbn_vector2_64x64x32", "circle_128x128x32_sum_gauss1_ema0.1-0.1"):
+            self.assertIn(word, names)
+
+    def test_members_have_a_run_file_a_certificate_and_files_for_programs(self):
+        self.write("base.toml", """
+[texture]
+size = { x = 16, y = 8, t = 2 }
+[filter]
+groups = [ { axes = "xy", kernel = "box", size = 3 } ]
+[optimizer]
+stop = { iterations = 20 }
+""")
+        bank = self.write("small.toml", """
+base = "base.toml"
+combine = "side-by-side"
+[vary]
+"texture.samples" = ["uniform", "vector2"]
+"filter.groups" = [[{ axes = "xy", kernel = "box", size = 3 }], [{ axes = "xy", kernel = "gauss", sigma = 1.0 }]]
+""")
+        said = self.gallery("out", "--bank", bank, "--for", "three,unreal", "--threads", 1)
+        self.assertEqual(sorted(path.name for path in (self.folder / "out").iterdir()), ["uniform_box3", "vector2_gauss1"])
+        self.assertRegex(said, r"vector2_gauss1: sound, .* s\n.*--for unreal: vector2_gauss1 is 16 x 8 x 2; accepted")
+        for name, samples in ("uniform_box3", "uniform"), ("vector2_gauss1", "vector2"):
+            folder = self.folder / "out" / name
+            certificate = json.loads((folder / f"{name}.verify.json").read_text())
+            self.assertEqual(certificate["taken_for"]["samples"], samples)
+            self.assertEqual([path.name for path in (folder / "three").iterdir()], [f"{name}.ktx2"])
+        before = (folder / f"{name}.h5").stat().st_mtime_ns
+        self.gallery("out", "--bank", bank, "--only", "vector2")
+        self.assertEqual((folder / f"{name}.h5").stat().st_mtime_ns, before)
+        self.gallery("out", "--bank", bank, "--only", "vector9", expect=2)
 
 
 if __name__ == "__main__":

@@ -55,9 +55,9 @@ class RenderTest(support.ProgramTest):
                 self.assertEqual(set(one["counted"].values()), {0}, one["name"])
         self.assertEqual([one["name"] for one in plan["passes"] if not one["on"]],
                          ["picture", "density", "light", "columns", "flights", "primary hits", "edge weights",
-                          "predictions", "moving hits", "dither",
-                          "transparency", "free-flight", "ray-march", "ambient-occlusion", "soft-shadow", "histories",
-                          "pictures"])
+                          "kernel", "importance", "sky light", "predictions", "moving hits", "seeds", "dither",
+                          "transparency", "free-flight", "ray-march", "ambient-occlusion", "soft-shadow", "sky",
+                          "convolution", "sparse", "histories", "samples so far", "spectra", "pictures"])
         self.assertFalse((self.folder / "out/pictures").exists())
 
     def test_plan_alone_renders_and_makes_nothing(self):
@@ -86,6 +86,34 @@ class RenderTest(support.ProgramTest):
         self.assertEqual(made[0].stat().st_mtime_ns, before)
         self.run_program("render", scene, "-o", "out", "--overwrite", "--set", "noise[1].seed=2")
         self.assertEqual(len(list((self.folder / "out/noise").glob("*.h5"))), 2)
+
+    def test_a_texture_that_was_damaged_is_made_anew_and_that_is_said(self):
+        scene = self.scene()
+        self.run_program("render", scene, "-o", "out")
+        results = (self.folder / "out/results.csv").read_bytes()
+        kept = next((self.folder / "out/noise").glob("*.h5"))
+        whole = kept.read_bytes()
+        for damaged in (whole[:len(whole) // 2], whole[:3000] + bytes(2000) + whole[5000:], b""):
+            kept.write_bytes(damaged)
+            done = self.run_program("render", scene, "-o", "out", "--overwrite")
+            self.assertRegex(done.stderr, r"note: noise \"blue-2d\": .*was damaged and is made anew")
+            self.assertEqual((self.folder / "out/results.csv").read_bytes(), results)
+        self.assertNotIn("damaged", self.run_program("render", scene, "-o", "out", "--overwrite").stderr)
+
+    def test_kernels_and_maps_of_images_are_read_and_wrong_ones_refused(self):
+        numpy.save(self.folder / "kernel.npy", numpy.array([[0, 1, 0], [2, 4, 0]], dtype="float32"))
+        numpy.save(self.folder / "black.npy", numpy.zeros((4, 4), dtype="float32"))
+        numpy.save(self.folder / "wide.npy", numpy.ones((2, 300), dtype="float32"))
+        numpy.save(self.folder / "negative.npy", numpy.array([[1, -1]], dtype="float32"))
+        base = "\n[effects.convolution]\nkernel = \"image\"\nfile = \"%s.npy\"\n"
+        sparse = "\n[effects.sparse]\nimportance = \"image\"\nfile = \"%s.npy\"\n"
+        self.run_program("render", self.scene(base % "kernel" + sparse % "kernel"), "-o", "out")
+        errors = {(row["effect"], row["noise"]): float(row["rmse"]) for row in self.rows() if row["space"] == "none"}
+        self.assertGreater(errors["convolution", "white"], 0)
+        for name, words in (("black", "is black"), ("wide", "at most 255"), ("negative", "holds -1"), ("none", "none.npy")):
+            done = self.run_program("render", self.scene(base % name), "-o", "not", expect=2)
+            self.assertIn(words, done.stderr)
+        self.assertIn("holds -1", self.run_program("render", self.scene(sparse % "negative"), "-o", "not", expect=2).stderr)
 
     def test_the_same_bytes_on_any_number_of_threads_and_without_vectors(self):
         scene = self.scene(outputs='"curves", "images"', effect="dither")

@@ -51,6 +51,20 @@ class ScoreFilesTest(support.ProgramTest):
         self.assertIn("texture.samples", self.run_program("score", "a.png", "--set", "texture.seed=1", expect=2).stderr)
         self.assertIn("texture.samples", self.run_program("score", "a.png", expect=2).stderr)
 
+    def test_exports_of_our_own_need_no_config(self):
+        config = self.write("c.toml", CONFIG % (8, 8, ", t = 3", "uniform"))
+        self.run_program("generate", config, "-o", "run.h5", "--quiet")
+        self.run_program("export", "run.h5", "-o", "atlas.png", "--layout", "atlas", "--depth", "16", "--quiet")
+        expected = self.score("run.h5")
+        found = self.score("atlas.png")
+        self.assertEqual((found["size"], found["filter"]), (expected["size"], expected["filter"]))
+        self.assertAlmostEqual(found["relative_error"], expected["relative_error"], places=3)
+        wider = ["--set", "filter.groups[0].size=5"]
+        self.assertAlmostEqual(self.score("atlas.png", *wider)["relative_error"],
+                               self.score("run.h5", *wider)["relative_error"], places=3)
+        # Who says what the values are is believed.
+        self.assertEqual(self.score("atlas.png", "--set", "texture.samples=circle")["samples"], "circle")
+
     def test_the_same_numbers_score_alike_in_every_file(self):
         values = (self.codes + 0.5) / 256
         numpy.save(self.folder / "half.npy", values.astype(numpy.float16))

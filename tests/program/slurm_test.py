@@ -55,6 +55,7 @@ class Slurm(ProgramTest):
     def test_what_follows_each_status(self):
         self.assertEqual(self.job("0"), (0, 1, False))
         self.assertEqual(self.job("75"), (0, 1, True))
+        self.assertEqual(self.job("76"), (0, 1, True))
         self.assertEqual(self.job("2"), (2, 1, False))
 
     def test_processors_of_a_rank_reach_the_step(self):

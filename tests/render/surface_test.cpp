@@ -136,6 +136,7 @@ TEST(Surface, EstimatesFromNumbersAreUnbiased) {
   expect_unbiased(scene, white, 1);
 }
 
+// Directions of every kind serve either estimate, and where they are of another density that is said.
 TEST(Surface, EstimatesFromDirectionsAreUnbiased) {
   Scene scene = scene_of(on_surfaces);
   scene.shadow.on = false;
@@ -156,7 +157,12 @@ TEST(Surface, EstimatesFromDirectionsAreUnbiased) {
     noise.texture = std::make_shared<const Texture>(std::move(texture));
     noise.samples = samples;
     noise.channels = 3;
-    expect_unbiased(scene, noise, 0);
+    for (const bool uniform : {false, true}) {
+      scene.occlusion.uniform = uniform;
+      expect_unbiased(scene, noise, 0);
+      const bool is_cosine = std::string(space) == "hemisphere-cosine";
+      EXPECT_EQ(notes_of_reading(scene, {noise}).size(), uniform == is_cosine ? 1U : 0U) << space;
+    }
   }
 }
 

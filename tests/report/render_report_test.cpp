@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "report/wipe.h"
+
 namespace noiseloom {
 namespace {
 
@@ -37,6 +39,18 @@ TEST(RenderReport, ANoiseAloneIsComparedWithNone) {
   EXPECT_THAT(sample_sentence(result, 0, 0), testing::EndsWith("white has the least error, 0.300."));
   result.squares = {0, 0};
   EXPECT_THAT(sample_sentence(result, 0, 0), testing::Not(HasSubstr("inf")));
+}
+
+// Each picture is in the page once, and either side can show any of them.
+TEST(Wipe, ShowsAnyTwoPictures) {
+  const std::string html = wipe_html("one", 20, 10, {{"truth", "data:a"}, {"<b>", "data:b"}, {"c", "data:c"}});
+  for (const char* const source : {"data:a", "data:b", "data:c"})
+    EXPECT_EQ(html.find(source), html.rfind(source)) << source;
+  EXPECT_THAT(html, HasSubstr("name='one-left' class='left0' checked> truth"));
+  EXPECT_THAT(html, HasSubstr("name='one-right' class='right2' checked> c"));
+  EXPECT_THAT(html, HasSubstr("#one:has(.right1:checked) { --right: var(--p1); }"));
+  EXPECT_THAT(html, HasSubstr("&lt;b&gt;"));
+  EXPECT_THAT(html, testing::Not(HasSubstr("<script")));
 }
 
 }  // namespace

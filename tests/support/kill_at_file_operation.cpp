@@ -1,6 +1,7 @@
 // Preloaded into a program under test: the process is killed (SIGKILL) just before its k-th operation on a file whose
-// name contains a given part. KILL_AT = k counts from 1; KILL_PART = part of the name. With COUNT_FILE set, the number
-// of operations is written there at exit instead.
+// name contains a given part. KILL_AT = k counts from 1; KILL_PART = part of the name. With KILL_SIGNAL = n it gets
+// that signal instead (SIGSTOP suspends it there). With COUNT_FILE set, the number of operations is written there at
+// exit.
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -29,7 +30,8 @@ void count(const char* path) {
   if (part == nullptr || path == nullptr || std::strstr(path, part) == nullptr) return;
   const long number = ++operations;
   const char* at = std::getenv("KILL_AT");
-  if (at != nullptr && number == std::atol(at)) kill(getpid(), SIGKILL);
+  const char* instead = std::getenv("KILL_SIGNAL");
+  if (at != nullptr && number == std::atol(at)) kill(getpid(), instead != nullptr ? std::atoi(instead) : SIGKILL);
 }
 
 void count_fd(int fd) {

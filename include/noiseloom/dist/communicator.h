@@ -44,6 +44,8 @@ class Communicator {
   static Communicator world();
   // This process alone.
   static Communicator self();
+  // The ranks in groups of `size` that follow each other, the last one of what is left: that of this rank. *Collective*
+  Communicator group_of(int size) const;
   ~Communicator();
   Communicator(Communicator&&) noexcept;
 

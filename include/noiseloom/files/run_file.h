@@ -87,9 +87,11 @@ class RunFileWriter {
   ~RunFileWriter();  // removes the temporary file unless published
   // The bytes of one slice of one dataset (file layout). Each slice of each dataset exactly once, in any order.
   void write_slice(int dataset, SliceIndex slice, std::span<const std::byte> bytes);
-  // Closes, digests, syncs, and puts the file in the place of the newest generation. Where it throws, the generation
-  // that was at PATH is still there (or, if only the last sync failed, the new one). Throws OutputLost where this
-  // process has a RunLock on `path` and the output is no longer its own.
+  // Closes, digests and syncs: the temporary file is then all that publish() will give its name to.
+  void complete();
+  // complete() unless that was done, and puts the file in the place of the newest generation. Where it throws, the
+  // generation that was at PATH is still there (or, if only the last sync failed, the new one). Throws OutputLost where
+  // this process has a RunLock on `path` and the output is no longer its own.
   void publish();
   // The combined checksum of a dataset, 16 hexadecimal digits. Requires that all its slices have been written.
   std::string checksum(int dataset) const;

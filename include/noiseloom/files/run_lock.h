@@ -7,10 +7,14 @@
 // holder lives. A newcomer decides by what can be known:
 //
 //   holder on the same machine             the system's lock is right; without locks: whether the process lives
-//   the same Slurm job, requeued since     the holder is our own predecessor, and dead
-//   holder on another machine              alive if its heartbeat goes on, else dead: watched for LockTiming::silence
+//   the same Slurm job, requeued since     the holder is our own predecessor, and dead; where it is dying on this
+//                                          machine, it is given LockTiming::dying to end
+//   holder on another machine              alive if its heartbeat goes on, else dead: watched until LockTiming::silence
+//                                          is over, and always for longer than a beat, as a clock may have jumped
 //
 // A holder that was cut off or suspended and comes back finds another number in the file, and writes nothing more.
+// Where it was stopped on its way from that look to the rename of its new file, it finds that file gone: whoever takes
+// a lock over removes the temporary files of those before (remove_stale_temporaries).
 #pragma once
 
 #include <chrono>
@@ -28,14 +32,20 @@ class OutputLost : public EnvironmentError {
   using EnvironmentError::EnvironmentError;
 };
 
+// Somebody else holds the output, and lives.
+class OutputHeld : public UserError {
+  using UserError::UserError;
+};
+
 struct LockTiming {
   std::chrono::milliseconds beat{15'000};     // between heartbeats
   std::chrono::milliseconds silence{60'000};  // after which a holder on another machine counts as dead
+  std::chrono::milliseconds dying{10'000};    // how long our own predecessor on this machine may take to end
 };
 
 class RunLock {
  public:
-  // Throws UserError saying who holds it (host, process, since when), or that the folder does not exist;
+  // Throws OutputHeld saying who holds it (host, process, since when); UserError where the folder does not exist;
   // EnvironmentError, naming the folder, if it cannot be written. May wait for LockTiming::silence where a holder on
   // another machine may be dead; `say` is told so before.
   explicit RunLock(const std::string& path, const std::function<void(const std::string&)>& say = {},
@@ -46,6 +56,8 @@ class RunLock {
   // False where the file system has no locks: two runs that start at the same moment are then not kept apart, which the
   // user should be told.
   bool enforced() const;
+  // Drawn for this holder: tells the parts of a run, and runs, from each other.
+  const std::string& number() const;
 
   struct Impl;
 

@@ -63,6 +63,7 @@ struct ContainerJob {
   std::string samples;              // name of the sample space
   bool directions = false;          // samples are unit vectors
   std::string config;               // of the run, TOML; "" where several are packed
+  bool holds_samples = true;        // of the run's slices: not points, densities, frames, or several runs
   std::vector<std::pair<std::string, std::string>> facts;  // where the numbers come from, for files with room for that
   std::string unfinished;                                  // how far the run came, in words; "" where it is finished
   std::optional<std::int64_t> num_points;  // of the point set in the whole texture, where one is exported

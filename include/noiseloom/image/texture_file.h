@@ -67,6 +67,7 @@ struct TextureFile {
 // Loads `path`: a run file; an image, a folder of numbered images, the first of them, or a pattern (noise_{}.png,
 // noise_%d.png, noise_####.png, noise_*.png); .npy; raw (with its .json beside it, or with `config`); FILE.h5:/DATASET.
 // Integers are decoded as encoding.h says, directions then normalised.
+// Images and textures that were exported here say themselves what they hold, unless `config` does.
 // `config` says what the values mean and how large the texture is; for a run file, which knows that, only the filter of
 // `config` is taken, its axes by their names. Without a config the size comes from the file (an image whose height is a
 // multiple of its width is a strip of squares) and the values are taken as 0..1.
@@ -90,6 +91,11 @@ struct StoredTexture {
 // As load_texture, without looking at what the numbers are.
 StoredTexture load_stored_texture(const std::string& path, const std::optional<RunConfig>& config,
                                   const TextureReading& reading = {});
+
+// The config of the run that an image or texture was exported from, where the file holds it (PNG, OpenEXR, TIFF and
+// KTX2 do), with `overrides` applied; its slice axis is as long as the file has slices. Throws UserError as
+// load_texture does.
+std::optional<RunConfig> config_in_images(const std::string& path, const std::vector<std::string>& overrides);
 
 // The size that a file that is no run file suggests, for a config that leaves it open. `channels`: those of a sample, 0
 // where that is open too. Throws UserError as load_texture does.

@@ -26,6 +26,8 @@ inline constexpr auto purpose_of_move = static_cast<Purpose>(103);
 inline constexpr auto purpose_of_threshold = static_cast<Purpose>(104);
 inline constexpr auto purpose_of_density = static_cast<Purpose>(105);
 inline constexpr auto purpose_of_rejection = static_cast<Purpose>(106);
+inline constexpr auto purpose_of_lamp = static_cast<Purpose>(107);
+inline constexpr auto purpose_of_seed = static_cast<Purpose>(108);
 
 // What a texture of unit vectors holds.
 enum class Directions { none, cosine, hemisphere, sphere };
@@ -35,6 +37,7 @@ struct Noise {
   std::shared_ptr<const Texture> texture = nullptr;  // null where numbers are computed, or it was only described
   SampleSpec samples = {};                           // of the texture
   int channels = 1;                                  // of a value
+  std::int64_t num_values = 0;                       // numbers in the texture, whether it is at hand or not
   std::vector<std::string> notes = {};               // what had to be assumed of its file
 
   // Numbers of [0, 1) that one value holds: a scalar 1, vector2 2, ...; 0 for directions and the like.
@@ -47,7 +50,7 @@ using MakeTexture =
     std::function<void(const std::string& config, const std::vector<std::string>& changes, const std::string& output)>;
 
 // Opens the noise: reads its file, or has its texture made in `folder` unless it is there from an earlier run of the
-// same config. Throws UserError, naming the noise.
+// same config; one that was damaged since is made anew, and a note says so. Throws UserError, naming the noise.
 Noise open_noise(const NoiseSpec& spec, const std::string& folder, const MakeTexture& make);
 // The same without making anything: of a texture that is made, what its config says of it.
 Noise describe_noise(const NoiseSpec& spec);
@@ -76,8 +79,10 @@ struct Draw {
 // Numbers of one noise for rows of a picture.
 class NoiseReader {
  public:
-  // `numbers` of each pixel. The noise must outlive the reader.
-  NoiseReader(const Noise& noise, const Move& move, int numbers, int width);
+  // `numbers` of each pixel. The noise must outlive the reader. `seeds`: of heitz-belcour, those of all pixels, which
+  // in every repeat give other numbers.
+  NoiseReader(const Noise& noise, const Move& move, int numbers, int width,
+              const std::vector<std::uint32_t>* seeds = nullptr, int repeat = 0);
 
   // Values that a pixel reads in a frame.
   int values() const { return values_; }
@@ -91,6 +96,7 @@ class NoiseReader {
   void read_ign(int y, std::int64_t frame);
   void read_white(int y, std::int64_t frame);
   void read_sobol(int y, std::int64_t frame);
+  void read_seeds(int y);
   float* plane(int number) {
     return numbers_.data() + static_cast<std::size_t>(number) * static_cast<std::size_t>(width_);
   }
@@ -99,6 +105,8 @@ class NoiseReader {
   Move move_;
   int numbers_of_pixel_;
   int width_;
+  const std::vector<std::uint32_t>* seeds_;
+  int repeat_;
   int channels_ = 1;
   int values_ = 1;
   TextureRead read_;

@@ -30,15 +30,21 @@ enum class Data : std::uint8_t {
   hits,
   moving_hits,
   edge_weights,
+  kernel,
+  importance,
+  sky,
+  seeds,
   truth,
   estimate,
   accumulated,
   filtered,
+  seen,
   errors,
+  stacks,
   pictures,
   predictions
 };
-inline constexpr int num_data = 16;
+inline constexpr int num_data = 22;
 std::string_view name_of(Data data);
 
 class DataSet {
@@ -60,7 +66,8 @@ class DataSet {
 // What is counted while passes run. Each worker counts for itself.
 enum class Work : std::uint8_t {
   expectations,
-  noise_values,
+  texture_values,   // of noises that are textures
+  computed_values,  // of noises that are computed
   estimates,
   primary_rays,
   rays,
@@ -69,9 +76,12 @@ enum class Work : std::uint8_t {
   averages,
   history_reads,
   taps,
-  differences
+  guided_taps,  // of filters that weigh each tap anew
+  differences,
+  transformed_values,  // by Fourier transforms
+  moved_seeds
 };
-inline constexpr int num_work = 11;
+inline constexpr int num_work = 15;
 std::string_view name_of(Work work);
 using Counts = std::array<std::int64_t, num_work>;
 constexpr std::int64_t& count_of(Counts& counts, Work work) { return counts[static_cast<std::size_t>(work)]; }

@@ -1,6 +1,7 @@
 // What a rendering gives: errors, pictures, and what was done for them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "noiseloom/core/parallel.h"
+#include "noiseloom/measure/spectrum.h"
 #include "noiseloom/render/expectation.h"
 #include "noiseloom/render/noise.h"
 #include "noiseloom/render/passes.h"
@@ -23,6 +25,16 @@ struct ResultPicture {
   std::vector<float> values;
 };
 
+// Where the error of one noise in one effect lies, over all frames (behind an average over time, the later half of
+// them). Powers are mean squares for each frequency: those of all noises have one scale.
+struct ErrorSpectrum {
+  PlaneSpectrum across;             // x and y: the mean over frames
+  PlaneSpectrum over_time;          // x and time: the mean over rows
+  std::array<double, 3> bands{};    // mean squares below 0.05 cycles a pixel, from there to 0.15, and above
+  std::array<double, 3> in_time{};  // the same in cycles a frame
+  bool is_empty() const { return across.power.empty(); }
+};
+
 struct PassResult {
   PlannedPass planned;
   std::int64_t calls = 0;
@@ -35,13 +47,18 @@ struct Result {
   std::vector<std::string> noises;
   std::optional<std::size_t> white;  // which of them is white noise: the first of that kind, whatever its name
   std::vector<Stage> stages;
+  std::vector<Metric> metrics;  // rmse first
   int frames = 0;
   int repeats = 0;
   // Mean squared errors: [effect][noise][repeat][stage][frame].
   std::vector<double> squares;
-  std::vector<ResultPicture> truths;    // [effect][filter over space, none first], where pictures are put out
+  // The same of every other metric: [metric][effect]..., those of roots squared.
+  std::vector<std::vector<double>> further;
+  std::vector<ResultPicture> truths;    // [effect][stage] of the last frame, where pictures are put out
   std::vector<ResultPicture> pictures;  // [effect][noise][stage] of the last frame, where they are put out
-  std::vector<double> bias;             // [effect][stage]: rms distance of the filtered truth from the converged one
+  std::vector<ErrorSpectrum>
+      spectra;               // [effect][noise][filter over time, the frame alone first], where they are put out
+  std::vector<double> bias;  // [effect][stage]: rms distance of the filtered truth from the converged one
   // [noise][stage]: error over that of white noise as the score of the texture promises it, where they are put out.
   std::vector<std::optional<double>> predictions;
   std::vector<PassResult> passes;
@@ -54,7 +71,23 @@ struct Result {
   std::optional<double> prediction(std::size_t noise, std::size_t stage) const;
   // Root of the mean over repeats, and its standard error.
   MeanAndError rmse(std::size_t effect, std::size_t noise, std::size_t stage, int frame) const;
+  // Of any metric that was measured; of one repeat as it is kept, squared where it is a root.
+  double of_repeat(Metric metric, std::size_t effect, std::size_t noise, int repeat, std::size_t stage,
+                   int frame) const;
+  MeanAndError value(Metric metric, std::size_t effect, std::size_t noise, std::size_t stage, int frame) const;
+  // Filters over time, the frame alone among them.
+  std::size_t num_times() const;
+  const ErrorSpectrum& spectrum(std::size_t effect, std::size_t noise, std::size_t time) const {
+    return spectra[(effect * noises.size() + noise) * num_times() + time];
+  }
+
+ private:
+  std::size_t place(std::size_t effect, std::size_t noise, int repeat, std::size_t stage, int frame) const;
 };
+
+// What is done to noises so that the effects can use them, a sentence each: directions that are bent to another
+// density.
+std::vector<std::string> notes_of_reading(const Scene& scene, const std::vector<Noise>& noises);
 
 // Renders the scene with noises that were opened. Throws UserError where an effect cannot use one of them.
 Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& pool);
@@ -71,8 +104,11 @@ std::vector<ExpectationResult> check_expectations(const Scene& scene, const Resu
 // For people and programs.
 std::string plan_text(std::span<const PlannedPass> passes);
 std::string plan_json(const Scene& scene, const std::vector<PassResult>& passes, double seconds, int threads);
+// What a metric is, in words.
+std::string title_of(Metric metric);
 std::string results_text(const Result& result);
 std::string results_csv(const Result& result);  // last frame
 std::string curves_csv(const Result& result);   // every frame
+std::string spectra_csv(const Result& result);
 
 }  // namespace noiseloom::render

@@ -13,7 +13,18 @@
 namespace noiseloom::render {
 
 // In the order of the words of noise[].kind.
-enum class NoiseKind { file, config, white, blue_2d, blue_3d, golden_ratio, ign, sobol_owen, sobol_rotated };
+enum class NoiseKind {
+  file,
+  config,
+  white,
+  blue_2d,
+  blue_3d,
+  golden_ratio,
+  ign,
+  sobol_owen,
+  sobol_rotated,
+  heitz_belcour
+};
 
 struct NoiseSpec {
   NoiseKind kind = NoiseKind::white;
@@ -25,10 +36,13 @@ struct NoiseSpec {
   int size = 128;   // blue-2d, blue-3d, golden-ratio: pixels along x and y of the texture
   int slices = 64;  // blue-2d, blue-3d: of the texture; golden-ratio, ign: frames after which they begin again
   std::uint64_t seed = 1;
+  std::string target = {};  // heitz-belcour: the noise of the scene that seeds follow
+  int block = 4;            // heitz-belcour: pixels along each side within which a seed moves in a frame
+  bool importance = true;   // numbers are bent to what an effect's integrand weighs, where the effect knows how
 };
 
 // The integrals that every pixel estimates, in the order of the words of effects.integrand.function.
-enum class Integrand { constant, identity, step, steps, sine, circle, gauss };
+enum class Integrand { constant, identity, step, steps, jittered_steps, sine, circle, gauss };
 
 struct IntegrandSpec {
   bool on = false;
@@ -83,23 +97,58 @@ struct ShadowSpec {
   double radius = 8;  // of the sun, degrees
 };
 
-// Whole pixels of the picture in a frame, to the right and downward, so that what has been seen is found again exactly.
+// In the order of the words of effects.convolution.kernel.
+enum class BlurKernel { disk, hexagon, star, gauss, image };
+
+struct ConvolutionSpec {
+  bool on = false;
+  BlurKernel kernel = BlurKernel::disk;
+  int size = 33;          // pixels across
+  std::string file = {};  // image
+  bool srgb = false;      // image: its numbers are codes
+};
+
+// In the order of the words of effects.sparse.importance.
+enum class ImportanceMap { ramp, spots, flat, image };
+
+struct SparseSpec {
+  bool on = false;
+  ImportanceMap importance = ImportanceMap::spots;
+  double level = 0.25;    // flat
+  std::string file = {};  // image
+};
+
+struct SkySpec {
+  bool on = false;
+  std::string file = {};  // empty: a sun in a sky that grows paler toward the horizon
+};
+
+// Pixels of the picture in a frame, to the right and downward. Where they are whole, what has been seen is found again
+// exactly; else it is read between pixels.
 struct MotionSpec {
   bool on = false;  // whether any of these is not 0
-  std::vector<int> camera = {0, 0};
-  std::vector<int> sphere = {0, 0};
+  std::vector<double> camera = {0, 0};
+  std::vector<double> sphere = {0, 0};
+  bool is_whole() const;
 };
 
 enum class EmaStart { full, cumulative };
+// What a history is kept within, in the order of the words of filter.time.clamp.
+enum class Clamp { none, min_max, variance };
+// How a history is read between pixels, in the order of the words of filter.time.resampling.
+enum class Resampling { bilinear, catmull_rom };
 
 struct TimeFilterSpec {
   std::vector<std::string> kernels;  // "ema", "mc"
   double alpha = 0.1;
   EmaStart start = EmaStart::full;
   double rejection = 0;  // chance that a pixel begins again in a frame
+  Clamp clamp = Clamp::none;
+  double gamma = 1.25;  // variance: standard deviations to either side of the mean
+  Resampling resampling = Resampling::catmull_rom;
 };
 
-enum class SpaceKernel { box, gauss, binomial };
+enum class SpaceKernel { box, gauss, binomial, a_trous };
 enum class Border { clamp, wrap };
 
 struct SpaceFilterSpec {
@@ -107,14 +156,21 @@ struct SpaceFilterSpec {
   int size = 5;                         // box
   double sigma = 1;                     // gauss
   int n = 2;                            // binomial: n + 1 taps
+  int levels = 5;                       // a_trous: of taps that are 1, 2, 4, ... pixels apart
+  double luminance = 4;                 // a_trous: standard deviations of brightness at which a tap weighs 1/e
   std::vector<std::string> edges = {};  // "depth", "normal": what a tap is weighed by besides
   double depth = 0.05;                  // distance from the tangent plane at which a tap weighs 1/e
   int power = 32;                       // of the cosine between normals
   std::string name = {};                // empty: kernel and number, "box5"
 };
 
+// What is measured of a picture against its truth. The first is measured always.
+enum class Metric { rmse, deviation, ssim, low, middle, high, unseen, flip };
+inline constexpr int num_metrics = 8;
+
 struct ExpectSpec {
   std::string order = {};  // "fast < stbn < white", "blue-2d = white"
+  std::string metric = "rmse";
   std::string noise = {};  // whose error must be `rmse` or `ratio`
   double rmse = 0;         // 0: not said
   double ratio = 0;        // to `against`; 0: not said
@@ -135,6 +191,7 @@ struct Scene {
   int repeats = 4;
   std::uint64_t seed = 1;
   std::vector<std::string> outputs = {"curves", "images"};
+  std::vector<std::string> metrics = {};  // beside rmse
   std::vector<NoiseSpec> noises;
   IntegrandSpec integrand;
   DitherSpec dither;
@@ -144,6 +201,9 @@ struct Scene {
   RayMarchSpec ray_march;
   OcclusionSpec occlusion;
   ShadowSpec shadow;
+  SkySpec sky;
+  ConvolutionSpec convolution;
+  SparseSpec sparse;
   MotionSpec motion;
   TimeFilterSpec time;
   std::vector<SpaceFilterSpec> space;
@@ -155,9 +215,28 @@ struct Scene {
 };
 
 // A picture is rendered for each effect that a scene names.
-enum class Effect { integrand, dither, transparency, free_flight, ray_march, occlusion, shadow };
+enum class Effect {
+  integrand,
+  dither,
+  transparency,
+  free_flight,
+  ray_march,
+  occlusion,
+  shadow,
+  sky,
+  convolution,
+  sparse
+};
 std::string name_of(Effect effect);
 std::vector<Effect> effects_of(const Scene& scene);
+// Whether what an effect estimates is another in every frame: where something moves, or the integrand does.
+bool truth_changes_with_frame(const Scene& scene, Effect effect);
+
+std::string name_of(Metric metric);
+// Of its square a mean is taken over repeats, and the root of that shown.
+bool is_root(Metric metric);
+// In order, rmse first: "bands" stands for three.
+std::vector<Metric> metrics_of(const Scene& scene);
 
 // What an error is measured after: a filter over time ("frame" is none), then one over space ("none", or its name).
 struct Stage {

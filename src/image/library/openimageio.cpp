@@ -40,6 +40,29 @@ const char* library_name(ImageFormat format) {
   return "";
 }
 
+// What spec_of() below writes: attributes "noiseloom:KEY" or, in TIFF, lines "KEY: TEXT" of the description, of which
+// the config is the last, with lines of its own.
+std::vector<std::pair<std::string, std::string>> facts_of_file(const OIIO::ImageSpec& spec) {
+  std::vector<std::pair<std::string, std::string>> facts;
+  const std::string prefix = "noiseloom:";
+  for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
+    const std::string name = attribute.name().string();
+    if (name.compare(0, prefix.size(), prefix) == 0)
+      facts.emplace_back(name.substr(prefix.size()), attribute.get_string());
+  }
+  if (!facts.empty() || spec.get_string_attribute("Software") != "noiseloom") return facts;
+  const std::string text = spec.get_string_attribute("ImageDescription");
+  for (std::size_t at = text.find('\n'); at != std::string::npos;) {
+    const std::size_t colon = text.find(": ", ++at);
+    if (colon == std::string::npos) break;
+    const std::string key = text.substr(at, colon - at);
+    const std::size_t end = key == "config" ? std::string::npos : text.find('\n', colon);
+    facts.emplace_back(key, text.substr(colon + 2, end == std::string::npos ? end : end - colon - 2));
+    at = end;
+  }
+  return facts;
+}
+
 class Input final : public ImageInput {
  public:
   explicit Input(std::unique_ptr<OIIO::ImageInput> input) : input_(std::move(input)) {}
@@ -79,6 +102,7 @@ class Input final : public ImageInput {
     part.full_y = spec.full_y;
     part.full_width = spec.full_width;
     part.full_height = spec.full_height;
+    part.facts = facts_of_file(spec);
     return part;
   }
 
@@ -180,8 +204,8 @@ class Library final : public ImageLibrary {
 }  // namespace
 }  // namespace noiseloom
 
-extern "C" [[gnu::visibility("default")]] const noiseloom::ImageLibrary* noiseloom_image_library_3();
-extern "C" const noiseloom::ImageLibrary* noiseloom_image_library_3() {
+extern "C" [[gnu::visibility("default")]] const noiseloom::ImageLibrary* noiseloom_image_library_4();
+extern "C" const noiseloom::ImageLibrary* noiseloom_image_library_4() {
   static const noiseloom::Library library;
   return &library;
 }

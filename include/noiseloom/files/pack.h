@@ -1,0 +1,28 @@
+// Many run files of one shape as one HDF5 file, for programs that want one array:
+//
+//   /samples            float32 [member, slice axes..., y, x, channel]
+//   /pdf                float32 [member, slice axes..., y, x], where all members have one
+//   /name, /checksum    text [member]: the members' names, the checksums of their /samples
+//   /relative_error     float64 [member]; NaN where a member has none
+//   /settings/<key>     float64 or text [member]: what differs from member to member
+//
+// All copied: the members may go afterwards.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace noiseloom {
+
+struct PackMember {
+  std::string name;
+  std::string path;                 // of the run file
+  std::vector<std::string> values;  // of the settings
+};
+
+// Writes the file `path`, which must not be there yet. Throws UserError where a member has another shape than the
+// first; as RunFileReader does; EnvironmentError.
+void pack_run_files(const std::string& path, const std::vector<PackMember>& members,
+                    const std::vector<std::string>& settings);
+
+}  // namespace noiseloom

@@ -1,0 +1,70 @@
+// Many textures from one config: a base, and lists of what differs from one member to the next.
+//
+// Each member is a run file of its own, DIR/NAME.h5, made by generate() and so whole or not there. Whoever works on a
+// bank (groups of ranks, processes on one machine, jobs on others) shares nothing but the folder: each takes the next
+// member that is neither done nor held by the lock of its run file. DIR/index.csv and DIR/index.json say what is done;
+// they are written after the member, so that what they say is done is done whenever they are read. A kill may leave out
+// the last member, of index.json alone or of both, until the next --resume.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "noiseloom/dist/communicator.h"
+#include "noiseloom/dist/watchdog.h"
+
+namespace noiseloom {
+
+struct BankMember {
+  std::string name;                    // of its run file, without folder and ending
+  std::vector<std::string> overrides;  // of the base: "texture.seed=2"
+  std::vector<std::string> values;     // as TOML, one for each of Bank::keys
+  std::string config;                  // a digest of its whole config
+};
+
+struct Bank {
+  std::string base;               // the config that members differ from
+  std::vector<std::string> keys;  // that vary
+  std::vector<BankMember> members;
+};
+
+// Reads a bank file. `overrides` are settings of the base, for all members. Throws UserError with the faults of the
+// file and of all members' configs, as load_config does.
+Bank load_bank(const std::string& path, const std::vector<std::string>& overrides);
+// The reference of all settings of such a file.
+std::string describe_bank_settings();
+
+struct BankRequest {
+  std::string folder;
+  int ranks_per_member = 1;
+  int threads = 1;  // of each rank
+  double time_limit_s = 0;
+  double checkpoint_every_s = 600;
+  WatchSettings watch;
+};
+
+// Makes the folder ready before anybody works on it. Throws UserError where it holds a bank and neither `resume` nor
+// `overwrite` is set, or one of other settings; with `overwrite` the members that it holds are removed.
+void prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool overwrite);
+
+struct BankResult {
+  bool stopped = false;   // by a signal or the time limit: there is more to do
+  std::int64_t made = 0;  // by the caller's ranks
+};
+
+// Works until no member is left to take. `say` is told of every member that is done, on the rank that leads its group;
+// its arguments are label and text, as in the summary of generate(). Throws as generate() does. *Collective*
+using SayMember = std::function<void(const std::vector<std::pair<std::string, std::string>>&)>;
+BankResult work_on_bank(const Bank& bank, const BankRequest& request, const Communicator& communicator,
+                        const SayMember& say, const std::function<void(const std::string&)>& warn);
+
+// All members, which must be done, as one HDF5 file (files/pack.h). Throws as pack_run_files does.
+void pack_bank(const Bank& bank, const std::string& folder, const std::string& path);
+
+// How many members the folder's index says are done, and how many there are.
+std::pair<std::int64_t, std::int64_t> count_done(const Bank& bank, const std::string& folder);
+
+}  // namespace noiseloom

@@ -1,0 +1,123 @@
+#include "render/sky_light.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "noiseloom/core/error.h"
+#include "noiseloom/core/math.h"
+#include "noiseloom/files/image_decoder.h"
+#include "noiseloom/files/input_array.h"
+
+namespace noiseloom::render {
+namespace {
+
+constexpr int most_columns = 64;
+constexpr int most_rows = 16;  // of the upper half
+constexpr double brightness_of_plane = 0.8;
+
+struct SkyPixels {
+  int width = 0;
+  int height = 0;  // of the whole image
+  std::vector<std::array<double, 3>> radiance;
+};
+
+SkyPixels sky_of_sun() {
+  SkyPixels pixels{64, 32, {}};
+  for (int y = 0; y < pixels.height; ++y)
+    for (int x = 0; x < pixels.width; ++x) {
+      const double height = std::max(0.0, 1 - 2 * (y + 0.5) / pixels.height);
+      const bool is_sun = y >= 6 && y <= 7 && x >= 43 && x <= 44;
+      if (is_sun) {
+        pixels.radiance.push_back({220, 190, 140});
+      } else {
+        pixels.radiance.push_back({0.9 - 0.6 * height, 0.95 - 0.45 * height, 1.0 - 0.1 * height});
+      }
+    }
+  return pixels;
+}
+
+SkyPixels sky_of_image(const std::string& file) {
+  const InputArrayPtr image = decode_image(file);
+  const std::vector<std::int64_t>& shape = image->shape;
+  const std::int64_t channels = shape.size() == 3 ? shape[2] : 1;
+  if (shape[0] < 2) throw UserError(file, "has one row: the upper half of a sky needs rows of its own");
+  SkyPixels pixels{static_cast<int>(shape[1]), static_cast<int>(shape[0]), {}};
+  const auto& values = std::get<std::vector<float>>(image->values);
+  for (std::int64_t i = 0; i < shape[0] * shape[1]; ++i) {
+    std::array<double, 3> radiance{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float value = values[static_cast<std::size_t>(i * channels) + (channels >= 3 ? c : 0)];
+      if (!(value >= 0) || !std::isfinite(value))
+        throw UserError(file, fmt::format("holds {} at x {}, y {}: light is finite and at least 0", value, i % shape[1],
+                                          i / shape[1]));
+      radiance[c] = static_cast<double>(value);
+    }
+    pixels.radiance.push_back(radiance);
+  }
+  return pixels;
+}
+
+double brightness(const std::array<double, 3>& light) {
+  return 0.2126 * light[0] + 0.7152 * light[1] + 0.0722 * light[2];
+}
+
+}  // namespace
+
+Texel SkyLight::cell_of(Vector direction) const {
+  const double a = math::acos(std::clamp(direction.y, -1.0, 1.0)) / math::pi;
+  const double around = std::sqrt(direction.x * direction.x + direction.z * direction.z);
+  const double turn = around > 0 ? math::acos(direction.x / around) / math::two_pi : 0;
+  const double b = direction.z < 0 ? 1 - turn : turn;
+  const int x = std::clamp(static_cast<int>(b * fine_width), 0, fine_width - 1);
+  const int y = std::clamp(static_cast<int>(a * 2 * fine_height), 0, fine_height - 1);
+  return {static_cast<int>(std::int64_t{x} * cells.width() / fine_width),
+          static_cast<int>(std::int64_t{y} * cells.height() / fine_height)};
+}
+
+SkyLight make_sky(const SkySpec& spec) {
+  const SkyPixels pixels = spec.file.empty() ? sky_of_sun() : sky_of_image(spec.file);
+  SkyLight sky;
+  sky.fine_width = pixels.width;
+  sky.fine_height = pixels.height / 2;
+  const int columns = std::min(most_columns, sky.fine_width);
+  const int rows = std::min(most_rows, sky.fine_height);
+  const std::size_t count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  sky.light.resize(count);
+  sky.solid_angles.resize(count);
+  std::vector<Vector> middles(count);
+  for (int y = 0; y < sky.fine_height; ++y) {
+    const double above = math::cos_2pi(0.5 * y / pixels.height);
+    const double below = math::cos_2pi(0.5 * (y + 1) / pixels.height);
+    const double solid = math::two_pi * (above - below) / pixels.width;
+    const double cosine = 0.5 * (above + below);
+    const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+    for (int x = 0; x < pixels.width; ++x) {
+      const std::size_t cell =
+          static_cast<std::size_t>(std::int64_t{y} * rows / sky.fine_height) * static_cast<std::size_t>(columns) +
+          static_cast<std::size_t>(std::int64_t{x} * columns / pixels.width);
+      const double turn = (x + 0.5) / pixels.width;
+      middles[cell] = middles[cell] + solid * Vector{sine * math::cos_2pi(turn), cosine, sine * math::sin_2pi(turn)};
+      sky.solid_angles[cell] += solid;
+      for (std::size_t c = 0; c < 3; ++c)
+        sky.light[cell][c] += solid / math::pi *
+                              pixels.radiance[static_cast<std::size_t>(y) * static_cast<std::size_t>(pixels.width) +
+                                              static_cast<std::size_t>(x)][c];
+    }
+  }
+  double on_plane = 0;
+  std::vector<double> masses;
+  for (std::size_t cell = 0; cell < count; ++cell) {
+    sky.directions.push_back((1 / std::sqrt(dot(middles[cell], middles[cell]))) * middles[cell]);
+    masses.push_back(brightness(sky.light[cell]));
+    on_plane += masses.back() * sky.directions.back().y;
+  }
+  if (!(on_plane > 0)) throw UserError(spec.file, "is black above the horizon: a sky needs some light");
+  for (auto& light : sky.light)
+    for (double& value : light) value *= brightness_of_plane / on_plane;
+  sky.cells = MassTable(columns, rows, masses);
+  return sky;
+}
+
+}  // namespace noiseloom::render

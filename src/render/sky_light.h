@@ -1,0 +1,35 @@
+// Light from all sides above the plane: a sky of so many directions, each with its radiance.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "noiseloom/render/scene.h"
+#include "render/kernel.h"
+#include "render/surface.h"
+
+namespace noiseloom::render {
+
+// The upper half of an equirectangular image, y up, in at most 64 x 16 cells: column b and row a look along
+// (sin a cos b, cos a, sin a sin b). Radiance is scaled so that an open plane is of the brightness 0.8.
+inline constexpr std::int64_t most_cells_of_sky = 64 * 16;
+
+struct SkyLight {
+  MassTable cells;                           // by their brightness times their solid angle
+  int fine_width = 1;                        // of the image: its texels are those of cells, not what cuts these
+  int fine_height = 1;                       // of its upper half
+  std::vector<Vector> directions;            // [row][column], of the middles of cells
+  std::vector<std::array<double, 3>> light;  // radiance times solid angle over pi
+  std::vector<double> solid_angles;
+
+  std::size_t index(Texel cell) const {
+    return static_cast<std::size_t>(cell.y) * static_cast<std::size_t>(cells.width()) +
+           static_cast<std::size_t>(cell.x);
+  }
+  Texel cell_of(Vector direction) const;
+};
+
+SkyLight make_sky(const SkySpec& spec);
+
+}  // namespace noiseloom::render

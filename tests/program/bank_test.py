@@ -1,0 +1,167 @@
+"""Banks: members, the index, going on after kills, several workers on one folder."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import time
+
+import h5py
+from support import ProgramTest, main
+
+BASE = """
+[texture]
+size    = { x = 16, y = 16, t = 4 }
+samples = "uniform"
+[filter]
+combine = "product"
+groups  = [ { axes = "xy", kernel = "gauss", sigma = 1.0 }, { axes = "t", kernel = "box", size = 3 } ]
+[optimizer]
+method = "anneal"
+stop = { iterations = 60 }
+"""
+SEEDS = 'base = "base.toml"\n[vary]\n"texture.seed" = "1:%d"\n'
+
+
+class Bank(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.write("base.toml", BASE)
+
+    def bank(self, *arguments, **options):
+        return self.run_program("bank", "bank.toml", "-o", "made", *arguments, **options)
+
+    def index(self, folder="made", after_kill=False):
+        """The rows of index.csv; index.json says the same, but for what a kill between the two renames left for later."""
+        with open(self.folder / folder / "index.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        named = json.loads((self.folder / folder / "index.json").read_text())
+        of_csv, of_json = ([(row["name"], row["state"], row["checksum"]) for row in index
+                            if not after_kill or row["state"] == "done"] for index in (rows, named))
+        if after_kill:
+            self.assertLessEqual(set(of_json), set(of_csv))
+        else:
+            self.assertEqual(of_csv, of_json)
+        return rows
+
+    def checksums(self, folder="made"):
+        return {row["name"]: row["checksum"] for row in self.index(folder)}
+
+    def test_members_are_what_generate_makes_of_their_settings(self):
+        self.write("bank.toml", 'base = "base.toml"\n[vary]\n"texture.seed" = "1:2"\n"filter.groups[0].sigma" = [0.7, 1.0]\n')
+        done = self.bank("--json", "--progress", "none")
+        self.assertEqual(json.loads(done.stdout), {"index": "made/index.csv", "done": 4, "members": 4})
+        rows = self.index()
+        self.assertEqual([row["name"] for row in rows], ["seed1_sigma0.7", "seed1_sigma1.0", "seed2_sigma0.7", "seed2_sigma1.0"])
+        self.assertEqual({row["state"] for row in rows}, {"done"})
+        self.run_program("generate", "base.toml", "-o", "one.h5", "--quiet", "--set", "texture.seed=2", "--set",
+                         "filter.groups[0].sigma=0.7")
+        one = self.info("one.h5")
+        self.assertEqual(rows[2]["checksum"], one["checksums"]["/samples"])
+        self.assertEqual((rows[2]["texture.seed"], rows[2]["filter.groups[0].sigma"]), ("2", "0.7"))
+        self.assertAlmostEqual(float(rows[2]["relative_error"]), one["state"]["relative_error"], places=6)
+        self.assertEqual(self.info("made/seed2_sigma0.7.h5")["checksums"], one["checksums"])
+        self.bank("--resume", "--quiet", "--pack-into", "all.h5")
+        with h5py.File(self.folder / "all.h5") as pack, h5py.File(self.folder / "one.h5") as alone:
+            self.assertEqual(pack["samples"].shape, (4, *alone["samples"].shape))
+            self.assertEqual(pack["samples"][2].tobytes(), alone["samples"][...].tobytes())
+            self.assertEqual([name.decode() for name in pack["name"]], [row["name"] for row in rows])
+            self.assertEqual(list(pack["settings/filter.groups[0].sigma"]), [0.7, 1.0, 0.7, 1.0])
+            self.assertEqual([axis.label for axis in pack["samples"].dims], ["member", "t", "y", "x", "channel"])
+        self.assertIn("all.h5: exists", self.bank("--resume", "--pack-into", "all.h5", expect=2).stderr)
+        # Side by side, and the same bytes by groups of ranks.
+        self.write("bank.toml", 'base = "base.toml"\ncombine = "side-by-side"\n[vary]\n"texture.seed" = [1, 2]\n'
+                   '"filter.groups[0].sigma" = [0.7, 1.0]\n')
+        done = self.run_program("bank", "bank.toml", "-o", "pairs", "--ranks-per-member", "2", ranks=3)
+        self.assertNotIn("WARNING", done.stderr)
+        pairs = self.checksums("pairs")
+        self.assertEqual(pairs, {name: checksum for name, checksum in self.checksums().items() if name in pairs})
+        self.assertEqual(list(pairs), ["seed1_sigma0.7", "seed2_sigma1.0"])
+
+    def test_killed_at_random_nothing_is_made_twice_and_the_index_is_right(self):
+        self.write("bank.toml", SEEDS % 12)
+        self.bank("--quiet")
+        expected = self.checksums()
+        (self.folder / "made").rename(self.folder / "straight")
+        made = {}
+        for attempt in range(6):
+            process = subprocess.Popen(self.command("bank", "bank.toml", "-o", "made", "--resume", "--quiet", "--threads", "2"),
+                                       cwd=self.folder)
+            time.sleep(0.15 + 0.07 * attempt)
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+            if not (self.folder / "made" / "index.csv").exists():
+                continue
+            for row in self.index(after_kill=True):
+                path = self.folder / "made" / f"{row['name']}.h5"
+                if row["state"] != "done":
+                    continue
+                self.assertEqual(row["checksum"], expected[row["name"]])
+                # The file of a member that is done is never written again.
+                self.assertEqual(made.setdefault(row["name"], path.stat().st_mtime_ns), path.stat().st_mtime_ns)
+        self.bank("--resume", "--quiet")
+        self.assertEqual(self.checksums(), expected)
+        for name, changed in made.items():
+            self.assertEqual((self.folder / "made" / f"{name}.h5").stat().st_mtime_ns, changed)
+        files = {path.name for path in (self.folder / "made").iterdir()}
+        self.assertEqual(files, {"index.csv", "index.json", *(f"seed{seed}.h5" for seed in range(1, 13))})
+
+    def test_commands_that_share_a_folder_share_the_work(self):
+        self.write("bank.toml", SEEDS % 8)
+        workers = [subprocess.Popen(self.command("bank", "bank.toml", "-o", "made", "--resume", "--threads", "1", "--progress", "json"),
+                                    cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) for _ in range(3)]
+        said = [json.loads(line) for worker in workers for line in worker.communicate(timeout=60)[1].splitlines()]
+        self.assertEqual([worker.returncode for worker in workers], [0, 0, 0])
+        self.assertEqual(sorted(line["member"] for line in said), sorted(f"seed{seed}" for seed in range(1, 9)))
+        self.assertEqual({row["state"] for row in self.index()}, {"done"})
+
+    def test_a_signal_or_the_time_limit_stops_it_saved(self):
+        self.write("bank.toml", SEEDS % 3)
+        long = ("--set", "optimizer.stop.iterations=2000000", "--threads", "2")
+        self.bank(*long, "--time-limit", "0.3s", "--quiet", expect=75)
+        self.assertIn("begun", {row["state"] for row in self.index()})
+        process = subprocess.Popen(self.command("bank", "bank.toml", "-o", "made", "--resume", "--quiet", *long), cwd=self.folder)
+        time.sleep(0.7)
+        process.send_signal(signal.SIGUSR1)
+        self.assertEqual(process.wait(timeout=60), 75)
+        self.assertEqual([name for name in os.listdir(self.folder / "made") if "tmp" in name or "lock" in name], [])
+
+    def test_faults_are_said_all_at_once_and_nothing_is_started(self):
+        for text, *words in (
+                ('[vary]\n"texture.seed" = "1:3"\n', "base"),
+                ('base = "base.toml"\n', "vary"),
+                ('base = "nowhere.toml"\n[vary]\n"texture.seed" = "1:3"\n', "nowhere.toml"),
+                ('base = "base.toml"\n[vary]\n"texture.seed" = "3:1"\n"texture.sede" = [1]\n', "bank.toml:3", '"3:1"'),
+                ('base = "base.toml"\n[vary]\n"texture.sede" = [1]\n"filter.groups[0].sigma" = [-1, 1.0]\n', "bank.toml:3", 'did you mean "seed"',
+                 "bank.toml:4", "-1"),
+                ('base = "base.toml"\ncombine = "zip"\n[vary]\n"texture.seed" = [1, 1]\n', "side-by-side", "twice"),
+                ('base = "base.toml"\ncombine = "side-by-side"\n[vary]\n"texture.seed" = [1]\n"filter.groups[0].sigma" = [1.0, 2.0]\n',
+                 "same number"),
+                ('base = "base.toml"\n[vary]\n"texture.seed" = "1:100000"\n"filter.groups[0].sigma" = [1.0, 2.0]\n', "100000 members")):
+            with self.subTest(text):
+                self.write("bank.toml", text)
+                done = self.bank(expect=2)
+                for word in words:
+                    self.assertIn(word, done.stderr)
+                self.assertFalse((self.folder / "made").exists())
+
+    def test_what_a_folder_holds_is_kept(self):
+        self.write("bank.toml", SEEDS % 1)
+        self.bank("--quiet")
+        before = (self.folder / "made" / "seed1.h5").read_bytes()
+        self.assertIn("--resume", self.bank(expect=2).stderr)
+        self.assertIn("another config", self.bank("--resume", "--set", "optimizer.stop.iterations=70", expect=2).stderr)
+        self.assertEqual((self.folder / "made" / "seed1.h5").read_bytes(), before)
+        self.write("bank.toml", SEEDS % 2)  # more seeds
+        self.bank("--resume", "--quiet")
+        self.assertEqual((self.folder / "made" / "seed1.h5").read_bytes(), before)
+        self.assertEqual(len(self.index()), 2)
+        self.bank("--overwrite", "--quiet", "--set", "optimizer.stop.iterations=70")
+        self.assertNotEqual((self.folder / "made" / "seed1.h5").read_bytes(), before)
+        self.write("made.h5", "")
+        self.assertIn("not a folder", self.run_program("bank", "bank.toml", "-o", "made.h5", expect=2).stderr)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,118 @@
+// Effects that draw from a kernel, a sky or a map.
+#include "render/kernel.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "noiseloom/samples/sample_space.h"
+#include "render/scene_support.h"
+#include "render/sky_light.h"
+
+namespace noiseloom::render {
+namespace {
+
+TEST(MassTable, EachTexelIsDrawnWithTheChanceOfItsMass) {
+  const std::vector<double> masses = {0, 1, 2, 0, 0, 0, 4, 0, 1};
+  const MassTable table(3, 3, masses);
+  std::vector<double> found(9);
+  constexpr int n = 480;
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      const Texel texel = table.at((i + 0.5) / n, (j + 0.5) / n);
+      found[static_cast<std::size_t>(texel.y * 3 + texel.x)] += 1.0 / (n * n);
+    }
+  for (int y = 0; y < 3; ++y)
+    for (int x = 0; x < 3; ++x) {
+      const auto i = static_cast<std::size_t>(y * 3 + x);
+      EXPECT_NEAR(found[i], masses[i] / 8, 0.003);
+      EXPECT_NEAR(table.mass({x, y}), masses[i] / 8, 1e-12);
+    }
+  constexpr double last = 1 - 0x1p-24;
+  EXPECT_EQ(table.at(last, last).x, 2);
+  EXPECT_EQ(table.at(0, 0).x, 1);
+}
+
+// What is biased would stay in the mean of many frames.
+void expect_unbiased_mean(const std::string& effect, const std::string& noise, const Noise* texture = nullptr) {
+  const Scene scene =
+      scene_of("[image]\nwidth = 24\nheight = 20\nframes = 400\nrepeats = 1\noutputs = []\n[[noise]]\n" + noise +
+               "\n[filter.time]\nkernels = [\"mc\"]\n" + effect);
+  ThreadPool pool(2);
+  const Result result = texture == nullptr ? rendered(scene) : render(scene, {*texture}, pool);
+  EXPECT_NEAR(result.rmse(0, 0, 1, 399).mean / result.rmse(0, 0, 0, 399).mean, 0.05, 0.008) << effect << noise;
+}
+
+// Points of a space in an order that is white over the picture and over time.
+Noise points_of(const std::string& space, SliceIndex slices) {
+  SampleSpec samples;
+  samples.space = space;
+  Texture texture = make_texture(Extents({32, 32, slices}), 2);
+  const SampleSource source(samples, 32 * 32, slices, 3);
+  for (SliceIndex slice = 0; slice < slices; ++slice) {
+    const std::vector<float> list = source.list(slice);
+    const auto order = start_permutation(5, slice, 32 * 32);
+    std::vector<float> places;
+    for (const auto id : order)
+      for (std::size_t c = 0; c < 2; ++c) places.push_back(list[2 * std::size_t{id.value()} + c]);
+    interleaved_to_planar(places, 2, texture.slice(slice));
+  }
+  Noise noise = mask(1, 1, 1, space);
+  noise.texture = std::make_shared<const Texture>(std::move(texture));
+  noise.samples = samples;
+  noise.channels = 2;
+  return noise;
+}
+
+TEST(Convolution, EstimatesAreUnbiased) {
+  for (const char* const kernel : {"disk", "hexagon", "star", "gauss"}) {
+    const std::string effect = std::string("[effects.convolution]\nsize = 9\nkernel = \"") + kernel + "\"\n";
+    expect_unbiased_mean(effect, "kind = \"white\"");
+    expect_unbiased_mean(effect, "kind = \"white\"\nimportance = false");
+    if (kernel == std::string("gauss")) continue;
+    const Noise points = points_of(kernel, 400);
+    expect_unbiased_mean(effect, "kind = \"white\"", &points);
+  }
+}
+
+TEST(Convolution, AKernelOfOnePixelIsThePicture) {
+  const Result result = rendered(
+      "[image]\nwidth = 20\nheight = 20\nframes = 2\n[[noise]]\nkind = \"white\"\n[effects.convolution]\nsize = 1\n");
+  for (const double square : result.squares) EXPECT_EQ(square, 0);
+  EXPECT_EQ(result.truths[0].values, picture_of_lights(20, 20).values);
+}
+
+TEST(Sky, EstimatesAreUnbiased) {
+  expect_unbiased_mean("[effects.sky]\n", "kind = \"white\"");
+  expect_unbiased_mean("[effects.sky]\n", "kind = \"white\"\nimportance = false");
+}
+
+TEST(Sky, LightsAnOpenPlaneWithItsBrightness) {
+  const SkyLight sky = make_sky({});
+  double brightness = 0;
+  double solid = 0;
+  for (std::size_t i = 0; i < sky.directions.size(); ++i) {
+    EXPECT_NEAR(dot(sky.directions[i], sky.directions[i]), 1, 1e-12);
+    brightness +=
+        (0.2126 * sky.light[i][0] + 0.7152 * sky.light[i][1] + 0.0722 * sky.light[i][2]) * sky.directions[i].y;
+    solid += sky.solid_angles[i];
+    const Texel cell = sky.cell_of(sky.directions[i]);
+    EXPECT_EQ(sky.index(cell), i);
+  }
+  EXPECT_NEAR(brightness, 0.8, 1e-9);
+  EXPECT_NEAR(solid, 2 * 3.14159265358979, 1e-6);
+}
+
+TEST(Sparse, WhiteNoiseLeavesThePowerOfWhatItMisses) {
+  const Result result = rendered(
+      "[image]\nwidth = 200\nheight = 150\nframes = 5\nrepeats = 2\nmetrics = [\"unseen\"]\n[[noise]]\nkind = "
+      "\"white\"\n[[noise]]\nkind = \"golden-ratio\"\n[effects.sparse]\nimportance = \"flat\"\nlevel = 0.25\n");
+  for (int frame = 0; frame < 5; ++frame)
+    EXPECT_NEAR(result.value(Metric::unseen, 0, 0, 0, frame).mean, std::pow(0.75, frame + 1), 0.006);
+  // What moves on by the golden ratio meets a quarter of 0 to 1 within five frames, wherever it begins.
+  EXPECT_EQ(result.value(Metric::unseen, 0, 1, 0, 4).mean, 0);
+  EXPECT_NEAR(result.rmse(0, 0, 0, 0).mean, std::sqrt(0.25 * 0.75), 0.004);
+}
+
+}  // namespace
+}  // namespace noiseloom::render

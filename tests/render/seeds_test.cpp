@@ -1,0 +1,74 @@
+#include "render/seeds.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "render/scene_support.h"
+
+namespace noiseloom::render {
+namespace {
+
+std::vector<float> scattered_values(std::size_t count, std::size_t step) {
+  std::vector<float> values;
+  for (std::size_t i = 0; i < count; ++i) values.push_back(static_cast<float>(i * step % 97));
+  return values;
+}
+
+TEST(Seeds, AllStayAndFollowTheMaskWithinTheirBlocks) {
+  constexpr int width = 13;
+  constexpr int height = 9;
+  Seeds seeds(width * height);
+  std::iota(seeds.begin(), seeds.end(), 0U);
+  const auto brightness = scattered_values(seeds.size(), 31);
+  const auto mask = scattered_values(seeds.size(), 17);
+  const Seeds moved = moved_seeds(seeds, brightness, mask, width, height, 4, 3, 1);
+  Seeds sorted = moved;
+  std::sort(sorted.begin(), sorted.end());
+  EXPECT_EQ(sorted, seeds);
+  const auto block_of = [](std::size_t pixel) {
+    return (static_cast<int>(pixel) / width + 1) / 4 * 10 + (static_cast<int>(pixel) % width + 3) / 4;
+  };
+  for (std::size_t a = 0; a < moved.size(); ++a) {
+    EXPECT_EQ(block_of(a), block_of(moved[a]));
+    for (std::size_t b = 0; b < moved.size(); ++b) {
+      if (block_of(a) != block_of(b) || !(mask[a] < mask[b])) continue;
+      EXPECT_LE(brightness[moved[a]], brightness[moved[b]]);
+    }
+  }
+}
+
+TEST(Seeds, EqualsKeepTheirOrder) {
+  Seeds seeds(16);
+  std::iota(seeds.begin(), seeds.end(), 0U);
+  EXPECT_EQ(moved_seeds(seeds, std::vector<float>(16), std::vector<float>(16), 4, 4, 4, 0, 0), seeds);
+}
+
+// White in the first frame; where the picture is smooth, as the mask from the second on.
+TEST(Seeds, ErrorsBecomeThoseOfTheMask) {
+  const Scene scene = scene_of(
+      "[image]\nwidth = 64\nheight = 64\nframes = 3\nrepeats = 2\n[[noise]]\nkind = \"white\"\n[[noise]]\nkind = "
+      "\"blue-2d\"\n[[noise]]\nkind = \"heitz-belcour\"\ntarget = \"blue-2d\"\n[effects.integrand]\n[[filter.space]]\n"
+      "kernel = \"binomial\"\n");
+  std::vector<Noise> noises = noises_of(scene);
+  Texture checkers = make_texture(Extents({2, 2, 1}), 1);
+  checkers.values = {0.1F, 0.7F, 0.9F, 0.3F};
+  noises[1].texture = std::make_shared<const Texture>(std::move(checkers));
+  ThreadPool pool(2);
+  const Result result = render(scene, noises, pool);
+  EXPECT_NEAR(result.rmse(0, 2, 1, 0).mean / result.rmse(0, 0, 1, 0).mean, 1, 0.05);
+  EXPECT_LT(result.rmse(0, 2, 1, 1).mean, 0.8 * result.rmse(0, 0, 1, 1).mean);
+  EXPECT_NEAR(result.rmse(0, 2, 0, 2).mean / result.rmse(0, 2, 0, 0).mean, 1, 1e-6);
+}
+
+TEST(Seeds, FollowATextureOfTheScene) {
+  const std::string base = "[[noise]]\nkind = \"white\"\n[effects.integrand]\n[[noise]]\nkind = \"heitz-belcour\"\n";
+  EXPECT_ANY_THROW(scene_of(base));
+  EXPECT_ANY_THROW(scene_of(base + "target = \"white\"\n"));
+  EXPECT_ANY_THROW(scene_of(base + "target = \"none\"\n"));
+  EXPECT_NO_THROW(scene_of(base + "target = \"blue-2d\"\n[[noise]]\nkind = \"blue-2d\"\n"));
+}
+
+}  // namespace
+}  // namespace noiseloom::render
