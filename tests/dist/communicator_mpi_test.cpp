@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "noiseloom/core/error.h"
+#include "noiseloom/dist/activity.h"
 
 namespace noiseloom {
 namespace {
@@ -195,6 +197,34 @@ TEST(Communicator, FindsTheLeastPair) {
   EXPECT_EQ(world.least({7 + rank, 5}), (Pair{7, 5}));
   EXPECT_EQ(world.least({~rank, rank}), (Pair{~last, last}));
   EXPECT_EQ(world.least({9, 100 - rank}), (Pair{9, 100 - last}));  // the second word breaks ties
+}
+
+TEST(Communicator, GroupsAreRanksThatFollowEachOther) {
+  const Communicator world = Communicator::world();
+  for (const int size : {1, 2, 7}) {
+    const Communicator group = world.group_of(size);
+    const int before = world.rank().value() / size * size;
+    EXPECT_EQ(group.rank(), Rank(world.rank().value() - before));
+    EXPECT_EQ(group.size(), std::min(size, world.size() - before));
+    EXPECT_EQ(group.any_bits(1U << group.rank().value()), (1U << group.size()) - 1);
+  }
+}
+
+// An activity ends with its scope, and gives way to the one before it.
+TEST(Communicator, ActivitiesLieWithinEachOther) {
+  const Communicator world = Communicator::world();
+  const Activity computing(Activity::Kind::computing, "computes a step");
+  world.barrier();
+  EXPECT_STREQ(Activity::now().words, "computes a step");
+  {
+    const Activity waiting(Activity::Kind::waiting, "waits for the swaps of", Rank(0));
+    EXPECT_EQ(Activity::now().kind, Activity::Kind::waiting);
+    EXPECT_EQ(Activity::now().other, Rank(0));
+  }
+  EXPECT_EQ(Activity::now().kind, Activity::Kind::computing);
+  const auto before = num_steps_noted();
+  note_step();
+  EXPECT_EQ(num_steps_noted(), before + 1);
 }
 
 }  // namespace

@@ -91,6 +91,10 @@ class Gallery(ProgramTest):
         for word in ("masks_128x128x64", "stbn_vector2_64x64x32", "circle_128x128x32_sum_gauss1_ema0.1-0.1"):
             self.assertIn(word, names)
 
+    def test_the_gallery_is_a_bank(self):
+        self.run_program("bank", SOURCE / "configs/gallery.toml", "-o", "g", "--time-limit", "0.1s", "--threads", 1, "--quiet", expect=75)
+        self.assertEqual(len((self.folder / "g/index.csv").read_text().splitlines()), 1 + 144)
+
     def test_members_have_a_run_file_a_certificate_and_files_for_programs(self):
         self.write("base.toml", """
 [texture]

@@ -65,6 +65,9 @@ class RenderTest(support.ProgramTest):
         done = self.run_program("render", scene, "--plan")
         self.assertRegex(done.stdout, r"(?m)^integrand +on ")
         self.assertRegex(done.stdout, r"(?m)^dither +off .*no effects.dither")
+        self.assertRegex(done.stdout, r"(?m)^noises +on +1 +4 KiB ")        # 16 x 16 x 4 floats, though not made yet
+        self.assertRegex(done.stdout, r"(?m)^errors +on +36 +1.125 KiB ")   # the curves of 2 x 3 jobs: 4 stages, 6 frames
+        self.assertRegex(self.run_program("--help").stdout, r"same\s+command again, generate and accuracy with --resume")
         self.assertEqual([p.name for p in self.folder.iterdir()], ["scene.toml"])
 
     def test_expectations_decide_the_exit_status(self):

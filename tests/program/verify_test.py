@@ -24,7 +24,7 @@ groups = [ { axes = "xy", kernel = "gauss-energy", sigma = 1.9 }, { axes = "t", 
 PLANE = 'groups = [ { axes = "xy", kernel = "%s" } ]'
 
 
-def config(samples, filter, size="x = 48, y = 48, t = 8", optimizer="stop = { iterations = 12 }", seed=1):
+def config(samples, filter, size="x = 48, y = 48, t = 8", optimizer="stop = { iterations = 6 }", seed=1):
     return f'[texture]\nsize = {{ {size} }}\nsamples = {samples}\nseed = {seed}\n[filter]\n{filter}\n[optimizer]\n{optimizer}\n'
 
 
@@ -132,7 +132,9 @@ class VerifyTest(support.ProgramTest):
         folder = pathlib.Path(os.environ.get("NOISELOOM_PUBLISHED", support.SOURCE / ".." / "shared" / "published"))
         if not folder.is_dir():
             self.skipTest("the published textures are not there (NOISELOOM_PUBLISHED names their folder)")
-        for result in self.verified(*sorted(folder.glob("*.png")), expect=0):
+        # The one of many slices takes seconds.
+        files = [path for path in sorted(folder.glob("*.png")) if support.THOROUGH or path.stat().st_size < 500_000]
+        for result in self.verified(*files, expect=0):
             self.assertFalse(result["faults"], result["file"])
 
     def test_bent_and_stretched_values(self):

@@ -36,11 +36,12 @@ TEST(MassTable, EachTexelIsDrawnWithTheChanceOfItsMass) {
 // What is biased would stay in the mean of many frames.
 void expect_unbiased_mean(const std::string& effect, const std::string& noise, const Noise* texture = nullptr) {
   const Scene scene =
-      scene_of("[image]\nwidth = 24\nheight = 20\nframes = 400\nrepeats = 1\noutputs = []\n[[noise]]\n" + noise +
+      scene_of("[image]\nwidth = 24\nheight = 20\nframes = 200\nrepeats = 1\noutputs = []\n[[noise]]\n" + noise +
                "\n[filter.time]\nkernels = [\"mc\"]\n" + effect);
   ThreadPool pool(2);
   const Result result = texture == nullptr ? rendered(scene) : render(scene, {*texture}, pool);
-  EXPECT_NEAR(result.rmse(0, 0, 1, 399).mean / result.rmse(0, 0, 0, 399).mean, 0.05, 0.008) << effect << noise;
+  EXPECT_NEAR(result.rmse(0, 0, 1, 199).mean / result.rmse(0, 0, 0, 199).mean, 1 / std::sqrt(200.0), 0.011)
+      << effect << noise;
 }
 
 // Points of a space in an order that is white over the picture and over time.
@@ -70,7 +71,7 @@ TEST(Convolution, EstimatesAreUnbiased) {
     expect_unbiased_mean(effect, "kind = \"white\"");
     expect_unbiased_mean(effect, "kind = \"white\"\nimportance = false");
     if (kernel == std::string("gauss")) continue;
-    const Noise points = points_of(kernel, 400);
+    const Noise points = points_of(kernel, 200);
     expect_unbiased_mean(effect, "kind = \"white\"", &points);
   }
 }
