@@ -363,20 +363,21 @@ static void append_positions(const VacLayout& layout, std::span<const std::size_
   }
 }
 
-void VacField::turn_on_watching(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits) {
+template <bool On>
+void VacField::turn_one(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits) {
   settle();
   watched_.clear();
   if (has(position)) data_[index(position)] ^= vac_flag;
-  turn_watching<true>(layout_, kernel_, data_.get(), position, limit, watched_);
+  turn_watching<On>(layout_, kernel_, data_.get(), position, limit, watched_);
   append_positions(layout_, watched_, hits);
 }
 
+void VacField::turn_on_watching(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits) {
+  turn_one<true>(position, limit, hits);
+}
+
 void VacField::turn_off_watching(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits) {
-  settle();
-  watched_.clear();
-  if (has(position)) data_[index(position)] ^= vac_flag;
-  turn_watching<false>(layout_, kernel_, data_.get(), position, limit, watched_);
-  append_positions(layout_, watched_, hits);
+  turn_one<false>(position, limit, hits);
 }
 
 void VacField::refresh_bounds(VacView view) {
