@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
-#include <filesystem>
 #include <optional>
 
 #include "noiseloom/core/child_process.h"
@@ -88,10 +87,6 @@ std::optional<int> read_bank_options(int argc, char** argv, bool prints, BankOpt
   if (options.resume && options.overwrite) {
     throw UserError("command line", "--resume and --overwrite exclude each other");
   }
-  std::error_code unknown;
-  if (!options.pack.empty() && !options.overwrite && std::filesystem::exists(options.pack, unknown)) {
-    throw UserError(options.pack, "exists; remove it first, or choose another file for --pack-into");
-  }
   options.request.watch = watch_settings_of(options.watchdog);
   options.request.time_limit_s = bank_seconds("--time-limit", options.time_limit, 0);
   options.request.checkpoint_every_s = bank_seconds("--checkpoint-every", options.checkpoint_every, 600);
@@ -108,6 +103,12 @@ void say_member(const ResultOptions& options, const std::vector<std::pair<std::s
   const auto text = [&](std::size_t i) { return labels.at(i).second; };
   print_error(fmt::format("{} of {} done: {}{}, {} s\n", text(3), text(4), text(0),
                           text(1).empty() ? "" : "  R " + text(1), text(2)));
+}
+
+void make_ready(const Bank& bank, const BankOptions& options) {
+  const std::string& folder = options.request.folder;
+  if (!options.pack.empty()) check_pack(bank, folder, options.pack, options.overwrite);
+  prepare_bank(bank, folder, options.resume, options.overwrite);
 }
 
 int conclude_bank(const Bank& bank, const BankOptions& options, bool stopped) {
@@ -132,7 +133,7 @@ int work_under_mpi(const Communicator& communicator, int argc, char** argv) {
   });
   if (status) return *status;
   communicator.on_root([&] {
-    if (options.worker_threads == 0) prepare_bank(bank, options.request.folder, options.resume, options.overwrite);
+    if (options.worker_threads == 0) make_ready(bank, options);
   });
   options.request.threads = options.worker_threads > 0 ? options.worker_threads : std::max(1, options.threads);
   const BankResult result = work_on_bank(
@@ -173,12 +174,23 @@ int run_bank_under_mpi(int& argc, char**& argv) {
 
 // --- without a launcher ---
 
-// A process of this program with the same arguments. It dies with this one, at once: the next --resume finds no lock.
-pid_t start_worker(int argc, char** argv, int threads, const sigset_t& mask) {
-  std::vector<std::string> words(argv, argv + argc);
-  std::erase(words, "--overwrite");
+// What a worker is told: all that this process is, but for what is done once, before the workers and after them.
+std::vector<std::string> words_of_worker(int argc, char** argv, int threads) {
+  std::vector<std::string> words;
+  for (int i = 0; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--pack-into") ++i;
+    if (word == "--pack-into" || word.starts_with("--pack-into=") || word == "--overwrite") continue;
+    words.push_back(word);
+  }
   words.emplace_back("--worker");
   words.push_back(std::to_string(threads));
+  return words;
+}
+
+// A process of this program. It dies with this one, at once: the next --resume finds no lock.
+pid_t start_worker(int argc, char** argv, int threads, const sigset_t& mask) {
+  std::vector<std::string> words = words_of_worker(argc, argv, threads);
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
@@ -234,7 +246,7 @@ int run_bank_alone(int argc, char** argv) {
     return *status;
   }
   const Bank bank = load_bank(options.bank, options.overrides);
-  prepare_bank(bank, options.request.folder, options.resume, options.overwrite);
+  make_ready(bank, options);
   const int threads = options.threads > 0 ? options.threads : num_available_processors();
   const int workers =
       std::clamp<int>(static_cast<int>(std::min<std::size_t>(bank.members.size(), most_bank_threads)), 1, threads);

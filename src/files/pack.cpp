@@ -142,6 +142,14 @@ void Packer::write_setting(const std::string& key, const std::vector<std::string
 
 }  // namespace
 
+bool looks_like_pack(const std::string& path) {
+  const hdf5::Quiet quiet;
+  if (H5Fis_hdf5(path.c_str()) <= 0) return false;
+  const hdf5::Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, path + ": cannot open");
+  const hdf5::Location at{file.id(), path};
+  return hdf5::exists(at, "/samples") && hdf5::exists(at, "/name") && hdf5::exists(at, "/checksum");
+}
+
 void pack_run_files(const std::string& path, const std::vector<PackMember>& members,
                     const std::vector<std::string>& settings) {
   const hdf5::Quiet quiet;

@@ -337,6 +337,16 @@ RunLock::~RunLock() = default;
 bool RunLock::enforced() const { return impl_->enforced; }
 const std::string& RunLock::number() const { return impl_->ours.number; }
 
+void remove_dead_lock(const std::string& path) {
+  const std::string lock_path = follow_links(path) + ".lock";
+  const Descriptor file = open_or_none(lock_path, O_RDWR);
+  if (file.fd() < 0) return;
+  const SystemLock lock = try_lock(file.fd(), lock_path);
+  if (lock == SystemLock::held || !still_there(file.fd(), lock_path)) return;
+  const LockRecord theirs = parse_record(read_start(file.fd(), longest_record));
+  if (judge(theirs, own_record(), lock) == Holder::dead) ::unlink(lock_path.c_str());
+}
+
 void confirm_output(const std::string& path) {
   const std::lock_guard guard(registry_mutex);
   const auto found = registry().find(follow_links(path));

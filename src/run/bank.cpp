@@ -12,10 +12,6 @@
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/stopwatch.h"
-#include "noiseloom/files/generations.h"
-#include "noiseloom/files/output_files.h"
-#include "noiseloom/files/pack.h"
-#include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/generate.h"
 #include "noiseloom/run/stop_signals.h"
 #include "run/bank_index.h"
@@ -127,58 +123,7 @@ BankResult Group::work() {
   }
 }
 
-void remove_members(const Bank& bank, const std::string& folder) {
-  FileOps& ops = posix_file_ops();
-  for (const BankMember& member : bank.members) {
-    const std::string path = member_path(folder, member.name);
-    for (const std::string& file : {path, previous_generation(path)}) {
-      refuse_foreign_output(file);
-      if (ops.exists(file)) ops.remove(file);
-    }
-  }
-  if (ops.exists(index_path(folder))) ops.remove(index_path(folder));
-}
-
-// A worker that was killed when its member was done, but not yet let go of, leaves a lock file that nobody asks for
-// again.
-void remove_dead_locks(const Bank& bank, const BankIndex& index, const std::string& folder) {
-  constexpr LockTiming at_once{.beat = std::chrono::milliseconds(1), .silence = std::chrono::milliseconds(0)};
-  for (const BankMember& member : bank.members) {
-    const std::string path = member_path(folder, member.name);
-    if (!is_done(index, member) || !fs::exists(path + ".lock")) continue;
-    try {
-      const RunLock taken(path, {}, at_once);
-    } catch (const OutputHeld&) {  // in the moment before its holder lets go of it
-    }
-  }
-}
-
 }  // namespace
-
-void prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool overwrite) {
-  std::error_code error;
-  if (fs::exists(folder, error) && !fs::is_directory(folder, error)) {
-    throw UserError(folder, "is not a folder; choose another output");
-  }
-  if (fs::exists(index_path(folder), error) && !resume && !overwrite) {
-    throw UserError(folder, "holds a bank; go on with it with --resume, or replace it with --overwrite");
-  }
-  fs::create_directories(folder, error);
-  if (error) throw EnvironmentError(fmt::format("{}: cannot create the folder: {}", folder, error.message()));
-  if (overwrite) remove_members(bank, folder);
-  const BankIndex index = read_index(bank, folder);
-  std::vector<Fault> faults;
-  for (const BankMember& member : bank.members) {
-    const auto known = index.find(member.name);
-    if (known == index.end() || known->second.state == "open" || known->second.config == member.config) continue;
-    faults.push_back({index_path(folder), fmt::format("{} was made from another config; choose another folder, or "
-                                                      "--overwrite",
-                                                      member.name)});
-  }
-  throw_if_any(std::move(faults));
-  remove_dead_locks(bank, index, folder);
-  update_index(bank, folder, "", {});
-}
 
 BankResult work_on_bank(const Bank& bank, const BankRequest& request, const Communicator& communicator,
                         const SayMember& say, const std::function<void(const std::string&)>& warn) {
@@ -200,16 +145,6 @@ BankResult work_on_bank(const Bank& bank, const BankRequest& request, const Comm
   result.made = made;
   result.stopped = communicator.any_bits(result.stopped ? 1U : 0U) != 0;
   return result;
-}
-
-void pack_bank(const Bank& bank, const std::string& folder, const std::string& path) {
-  std::vector<PackMember> members;
-  for (const BankMember& member : bank.members) {
-    members.push_back({member.name, member_path(folder, member.name), member.values});
-  }
-  OutputFiles files(posix_file_ops(), true);
-  pack_run_files(files.add(path), members, bank.keys);
-  files.commit();
 }
 
 std::pair<std::int64_t, std::int64_t> count_done(const Bank& bank, const std::string& folder) {

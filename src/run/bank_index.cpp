@@ -13,7 +13,6 @@
 #include "noiseloom/core/json.h"
 #include "noiseloom/files/generations.h"
 #include "noiseloom/files/output_files.h"
-#include "noiseloom/files/run_lock.h"
 
 namespace noiseloom {
 namespace fs = std::filesystem;
@@ -89,21 +88,6 @@ std::string json_of(const Bank& bank, const std::vector<std::pair<std::string, I
   return text + "]\n";
 }
 
-// The lock of the index. Others hold theirs for milliseconds; one of a node that died is waited for.
-std::unique_ptr<RunLock> lock_index(const std::string& path) {
-  constexpr std::chrono::seconds longest{120};
-  constexpr std::chrono::milliseconds pause{10};
-  const auto end = std::chrono::steady_clock::now() + longest;
-  for (;;) {
-    try {
-      return std::make_unique<RunLock>(path);
-    } catch (const OutputHeld& held) {
-      if (std::chrono::steady_clock::now() >= end) throw EnvironmentError(held.what());
-    }
-    std::this_thread::sleep_for(pause);
-  }
-}
-
 // What killed writers of the index left. Under its lock, so that nobody is at it.
 void remove_partial_indexes(const std::string& folder) {
   std::vector<fs::path> left;
@@ -120,6 +104,20 @@ std::string index_path(const std::string& folder) { return (fs::path(folder) / "
 
 std::string member_path(const std::string& folder, const std::string& name) {
   return (fs::path(folder) / fmt::format("{}.h5", name)).string();
+}
+
+std::unique_ptr<RunLock> lock_index(const std::string& path) {
+  constexpr std::chrono::seconds longest{120};
+  constexpr std::chrono::milliseconds pause{10};
+  const auto end = std::chrono::steady_clock::now() + longest;
+  for (;;) {
+    try {
+      return std::make_unique<RunLock>(path);
+    } catch (const OutputHeld& held) {
+      if (std::chrono::steady_clock::now() >= end) throw EnvironmentError(held.what());
+    }
+    std::this_thread::sleep_for(pause);
+  }
 }
 
 BankIndex read_index(const Bank& bank, const std::string& folder) {

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/bank.h"
 
 namespace noiseloom {
@@ -24,6 +26,9 @@ using BankIndex = std::map<std::string, IndexRow>;  // by the member's name
 
 std::string index_path(const std::string& folder);
 std::string member_path(const std::string& folder, const std::string& name);
+
+// The lock of the index. Others hold theirs for milliseconds; one of a node that died is waited for.
+std::unique_ptr<RunLock> lock_index(const std::string& path);
 
 // What the index says; empty where there is none. Throws UserError where it is none of a bank that varies these keys.
 BankIndex read_index(const Bank& bank, const std::string& folder);

@@ -1,13 +1,18 @@
 """Banks: members, the index, going on after kills, several workers on one folder."""
 
 import csv
+import fcntl
 import json
 import os
 import signal
 import subprocess
 import time
 
-import h5py
+try:
+    import h5py
+except ImportError:
+    print("skipped: python3 has no h5py")
+    raise SystemExit(77)
 from support import ProgramTest, main
 
 BASE = """
@@ -145,6 +150,47 @@ class Bank(ProgramTest):
                 for word in words:
                     self.assertIn(word, done.stderr)
                 self.assertFalse((self.folder / "made").exists())
+
+    def contents(self):
+        return {path.name: path.read_bytes() for path in (self.folder / "made").iterdir()}
+
+    def test_a_pack_is_replaced_with_its_bank_and_nothing_else_is(self):
+        self.write("bank.toml", SEEDS % 2)
+        self.bank("--quiet", "--pack-into=all.h5")
+        first = (self.folder / "all.h5").read_bytes()
+        self.bank("--overwrite", "--quiet", "--pack-into", "all.h5", "--set", "optimizer.stop.iterations=70")
+        self.assertNotEqual((self.folder / "all.h5").read_bytes(), first)
+        before = self.contents()
+        self.write("notes.txt", "mine")
+        (self.folder / "seed.h5").write_bytes(before["seed1.h5"])
+        for path, words in (("made/seed1.h5", "of the bank itself"), ("made/../made/index.csv", "of the bank itself"),
+                            ("notes.txt", "is not a file that --pack-into made"), ("seed.h5", "is not a file that --pack-into made"),
+                            ("nowhere/all.h5", "nowhere: there is no such folder")):
+            with self.subTest(path):
+                self.assertIn(words, self.bank("--overwrite", "--pack-into", path, expect=2).stderr)
+                self.assertEqual(self.contents(), before)
+        self.assertEqual((self.folder / "notes.txt").read_text(), "mine")
+
+    def test_overwrite_removes_nothing_of_a_bank_that_is_being_made(self):
+        self.write("bank.toml", SEEDS % 3)
+        self.bank("--quiet")
+        with open(self.folder / "made" / "seed3.h5.lock", "w") as held:
+            fcntl.flock(held, fcntl.LOCK_EX)
+            before = self.contents()
+            self.assertIn("seed3.h5: another run is writing it", self.bank("--overwrite", expect=2).stderr)
+            self.assertEqual(self.contents(), before)
+        self.bank("--overwrite", "--quiet")
+
+    def test_only_locks_of_the_dead_are_removed(self):
+        self.write("bank.toml", SEEDS % 3)
+        self.bank("--quiet")
+        locks = [self.folder / "made" / f"seed{seed}.h5.lock" for seed in (1, 2)]
+        locks[0].write_text("process 1 on elsewhere\nmachine elsewhere\npid 1\nstarted 1\nnumber 12\n")
+        locks[1].write_text("")  # of this machine, as nobody has locked it
+        before = locks[0].stat()
+        self.bank("--resume", "--quiet")
+        self.assertFalse(locks[1].exists())
+        self.assertEqual((locks[0].stat().st_ino, locks[0].stat().st_mtime_ns), (before.st_ino, before.st_mtime_ns))
 
     def test_what_a_folder_holds_is_kept(self):
         self.write("bank.toml", SEEDS % 1)

@@ -25,4 +25,8 @@ struct PackMember {
 void pack_run_files(const std::string& path, const std::vector<PackMember>& members,
                     const std::vector<std::string>& settings);
 
+// Whether a file is such a one, by the names of what it holds; a run file is none. Throws EnvironmentError where an
+// HDF5 file cannot be opened.
+bool looks_like_pack(const std::string& path);
+
 }  // namespace noiseloom

@@ -65,6 +65,10 @@ class RunLock {
   std::unique_ptr<Impl> impl_;
 };
 
+// Removes the lock file of `path` where its holder is known at once to be dead: a process of this machine. One that
+// only its heartbeat can tell of stays as it is.
+void remove_dead_lock(const std::string& path);
+
 // Before `path` is replaced: throws OutputLost if this process has a RunLock on it that another run has taken over, or
 // if `path` is not what it was when the lock was taken or written_output was last called. Does nothing without a lock.
 // A lock file that was removed by hand is put back.

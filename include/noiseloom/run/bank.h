@@ -47,7 +47,8 @@ struct BankRequest {
 };
 
 // Makes the folder ready before anybody works on it. Throws UserError where it holds a bank and neither `resume` nor
-// `overwrite` is set, or one of other settings; with `overwrite` the members that it holds are removed.
+// `overwrite` is set, or one of other settings. With `overwrite` the members that it holds are removed; OutputHeld, and
+// nothing is removed, where another process works on one.
 void prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool overwrite);
 
 struct BankResult {
@@ -60,6 +61,10 @@ struct BankResult {
 using SayMember = std::function<void(const std::vector<std::pair<std::string, std::string>>&)>;
 BankResult work_on_bank(const Bank& bank, const BankRequest& request, const Communicator& communicator,
                         const SayMember& say, const std::function<void(const std::string&)>& warn);
+
+// Before anything is made or removed: throws UserError where `path` is a file of the bank itself, or is there and
+// `overwrite` is not set, or is something else than a pack.
+void check_pack(const Bank& bank, const std::string& folder, const std::string& path, bool overwrite);
 
 // All members, which must be done, as one HDF5 file (files/pack.h). Throws as pack_run_files does.
 void pack_bank(const Bank& bank, const std::string& folder, const std::string& path);

@@ -1,0 +1,118 @@
+// The folder of a bank: before its members are made, and when they are.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <list>
+#include <set>
+
+#include "noiseloom/core/console.h"
+#include "noiseloom/core/error.h"
+#include "noiseloom/files/generations.h"
+#include "noiseloom/files/output_files.h"
+#include "noiseloom/files/pack.h"
+#include "noiseloom/files/run_lock.h"
+#include "noiseloom/run/bank.h"
+#include "run/bank_index.h"
+
+namespace noiseloom {
+namespace fs = std::filesystem;
+namespace {
+
+// With all of them under lock at once, or with nothing removed. Only members that have a lock file may be held; a bank
+// may have more members than a process may have locks.
+void remove_members(const Bank& bank, const std::string& folder) {
+  FileOps& ops = posix_file_ops();
+  const auto say = [](const std::string& line) { print_error("noiseloom bank: " + line + "\n"); };
+  std::vector<Fault> faults;
+  std::list<RunLock> locks;
+  const auto collecting = [&faults](const auto& body) {
+    try {
+      body();
+    } catch (const UserError& error) {
+      faults.insert(faults.end(), error.faults().begin(), error.faults().end());
+    }
+  };
+  for (const BankMember& member : bank.members) {
+    const std::string path = member_path(folder, member.name);
+    for (const std::string& file : {path, previous_generation(path)}) {
+      collecting([&] { refuse_foreign_output(file); });
+    }
+    if (fs::exists(path + ".lock")) collecting([&] { locks.emplace_back(path, say); });
+  }
+  throw_if_any(std::move(faults));
+  const std::unique_ptr<RunLock> index = lock_index(index_path(folder));
+  for (const BankMember& member : bank.members) {
+    const std::string path = member_path(folder, member.name);
+    for (const std::string& file : {path, previous_generation(path)}) {
+      if (ops.exists(file)) ops.remove(file);
+    }
+  }
+  if (ops.exists(index_path(folder))) ops.remove(index_path(folder));
+}
+
+// A worker that was killed when its member was done, but not yet let go of, leaves a lock file that nobody asks for
+// again. One whose holder may live, on another machine say, stays.
+void remove_dead_locks(const Bank& bank, const BankIndex& index, const std::string& folder) {
+  for (const BankMember& member : bank.members) {
+    if (is_done(index, member)) remove_dead_lock(member_path(folder, member.name));
+  }
+}
+
+}  // namespace
+
+void prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool overwrite) {
+  std::error_code error;
+  if (fs::exists(folder, error) && !fs::is_directory(folder, error)) {
+    throw UserError(folder, "is not a folder; choose another output");
+  }
+  if (fs::exists(index_path(folder), error) && !resume && !overwrite) {
+    throw UserError(folder, "holds a bank; go on with it with --resume, or replace it with --overwrite");
+  }
+  fs::create_directories(folder, error);
+  if (error) throw EnvironmentError(fmt::format("{}: cannot create the folder: {}", folder, error.message()));
+  if (overwrite) remove_members(bank, folder);
+  const BankIndex index = read_index(bank, folder);
+  std::vector<Fault> faults;
+  for (const BankMember& member : bank.members) {
+    const auto known = index.find(member.name);
+    if (known == index.end() || known->second.state == "open" || known->second.config == member.config) continue;
+    faults.push_back({index_path(folder), fmt::format("{} was made from another config; choose another folder, or "
+                                                      "--overwrite",
+                                                      member.name)});
+  }
+  throw_if_any(std::move(faults));
+  remove_dead_locks(bank, index, folder);
+  update_index(bank, folder, "", {});
+}
+
+void check_pack(const Bank& bank, const std::string& folder, const std::string& path, bool overwrite) {
+  std::error_code unknown;
+  const auto place = [&](const std::string& file) {
+    return fs::weakly_canonical(fs::absolute(file, unknown), unknown);
+  };
+  std::set<fs::path> own = {place(index_path(folder)), place((fs::path(folder) / "index.json").string())};
+  for (const BankMember& member : bank.members) own.insert(place(member_path(folder, member.name)));
+  if (own.contains(place(path))) {
+    throw UserError(path, "is a file of the bank itself; choose another file for --pack-into");
+  }
+  if (!fs::is_directory(parent_directory(path), unknown) && place(parent_directory(path)) != place(folder)) {
+    throw UserError(parent_directory(path), "there is no such folder to write into (--pack-into)");
+  }
+  if (!fs::exists(fs::symlink_status(path, unknown))) return;
+  if (!overwrite) throw UserError(path, "exists; remove it first, or choose another file for --pack-into");
+  if (!fs::is_regular_file(path, unknown) || !looks_like_pack(path)) {
+    throw UserError(path, "is not a file that --pack-into made, and is not replaced; choose another one");
+  }
+}
+
+void pack_bank(const Bank& bank, const std::string& folder, const std::string& path) {
+  std::vector<PackMember> members;
+  for (const BankMember& member : bank.members) {
+    members.push_back({member.name, member_path(folder, member.name), member.values});
+  }
+  OutputFiles files(posix_file_ops(), true);
+  pack_run_files(files.add(path), members, bank.keys);
+  files.commit();
+}
+
+}  // namespace noiseloom
