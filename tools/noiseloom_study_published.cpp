@@ -1,6 +1,7 @@
 // fastnoise, stbn-scalar, stbn-vector: a line of a published program, run here.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -16,6 +17,7 @@
 #include "noiseloom/files/generations.h"
 #include "noiseloom/files/npy.h"
 #include "noiseloom/files/output_files.h"
+#include "noiseloom/files/run_lock.h"
 #include "noiseloom/published/line.h"
 #include "noiseloom_study.h"
 
@@ -32,6 +34,10 @@ class LineFiles {
   std::string config() const { return line_.stem + ".unfinished.toml"; }
   std::string run_file(std::int64_t step) const {
     return line_.stem + (step == 0 ? "" : fmt::format(".{}", step)) + ".unfinished.h5";
+  }
+  bool has_run_file() const {
+    const auto exists = [this](std::int64_t step) { return std::filesystem::exists(run_file(step)); };
+    return exists(0) || std::any_of(line_.steps.begin(), line_.steps.end(), exists);
   }
   void remove() const {
     std::vector<std::string> all = {config(), run_file(0)};
@@ -59,18 +65,23 @@ std::string commented_config(const PublishedLine& line) {
   return text + "\n" + line.config;
 }
 
-// A line without a seed that was stopped goes on with the seed that was drawn for it then.
-void take_seed_of_stopped(PublishedLine& line, const std::string& config) {
-  if (!line.seed_is_drawn || !std::filesystem::exists(config)) return;
+// A line that was stopped goes on, without a seed with the one that was drawn for it then. UserError where another line
+// was stopped there.
+void go_on_from_stopped(PublishedLine& line, const LineFiles& files) {
+  const std::string config = files.config();
+  if (!std::filesystem::exists(config)) return;
   const std::string text = text_of_file(config);
-  const std::int64_t seed =
-      static_cast<std::int64_t>(parse_config(text, config, "", {}, MissingFiles::accepted).problem.seed);
-  std::string same = line.config;
-  const std::string drawn = fmt::format("seed    = {}\n", line.seed);
-  same.replace(same.find(drawn), drawn.size(), fmt::format("seed    = {}\n", seed));
-  if (!text.ends_with(same)) return;
-  line.config = same;
-  line.seed = seed;
+  if (line.seed_is_drawn) {
+    const std::int64_t seed =
+        static_cast<std::int64_t>(parse_config(text, config, "", {}, MissingFiles::accepted).problem.seed);
+    const std::string drawn = fmt::format("seed    = {}\n", line.seed);
+    line.config.replace(line.config.find(drawn), drawn.size(), fmt::format("seed    = {}\n", seed));
+    line.seed = seed;
+  }
+  if (text.ends_with(line.config)) return;
+  throw UserError(config, fmt::format("is of another line for the same files, which was stopped; that line, which is "
+                                      "its first, goes on with it; or remove it and {}, or choose another name",
+                                      files.run_file(0)));
 }
 
 class LineRunner {
@@ -144,11 +155,13 @@ int make_line(PublishedLine& line) {
   const LineFiles files(line);
   if (const auto folder = std::filesystem::path(line.stem).parent_path(); !folder.empty())
     std::filesystem::create_directories(folder);
-  take_seed_of_stopped(line, files.config());
+  // Held until the images are there: nobody else may replace the config in between.
+  const RunLock lock(files.config(), [](const std::string& text) { print_error(text + "\n"); });
+  go_on_from_stopped(line, files);
   OutputFiles config(posix_file_ops(), true);
   config.write(files.config(), commented_config(line));
   config.commit();
-  for (const PublishedInput& input : line.inputs) write_npy(input.path, input.shape, input.values);
+  for (const PublishedInput& input : line.inputs) write_npy(input.path, input.shape, input.values());
   LineRunner runner(line, files);
   std::vector<std::int64_t> steps = line.steps;
   steps.push_back(0);
@@ -156,7 +169,9 @@ int make_line(PublishedLine& line) {
     const int status = runner.make(step);
     if (status == exit_stopped_line && !line.extras.quiet)
       print_error("stopped, with everything saved: the same line goes on\n");
-    if (status != 0) return status;
+    if (status == 0) continue;
+    if (!files.has_run_file()) files.remove();  // nothing to go on from
+    return status;
   }
   std::vector<std::string> made;
   for (const std::int64_t step : steps) {

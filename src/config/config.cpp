@@ -80,7 +80,8 @@ VacSpec vac_spec(const RunConfig& config) {
     // Shares of three groups and of many more cannot be written as equal numbers that add up to 1.
     const bool equal = largest->weight - least->weight < 2e-6;
     spec.groups.push_back({group.axes, group.kernel.sigma, group.kernel.box_axes, group.kernel.box_size,
-                           equal ? 1 : group.weight / largest->weight});
+                           equal ? 1 : group.weight / largest->weight, group.kernel.tile_axes, group.kernel.tail,
+                           group.kernel.tail_power > 0 ? group.kernel.tail_power : 1});
   }
   if (!config.order.bounded.empty()) {
     spec.toroidal.assign(static_cast<std::size_t>(spec.extents.num_axes()), true);

@@ -91,6 +91,44 @@ void check_boxes(Reader& reader, const Found& found) {
   }
 }
 
+// Tiles are slices that share the edges of x and y; only an order of the volume has them, or a tail.
+void check_order_energies(Reader& reader, const Value& groups, const RunConfig& config) {
+  const std::vector<GroupSpec>& specs = config.problem.filter.groups;
+  const std::vector<std::string> names = axis_names(reader.root());
+  for (std::size_t i = 0; i < specs.size(); ++i) {
+    const Value& group = (*groups.array())[i];
+    const std::string shown = fmt::format("filter.groups[{}].", i);
+    for (const char* key : {"tiles", "tail", "tail_power"}) {
+      const Value* value = find_at(group, key);
+      if (value != nullptr && config.optimizer.method != Method::void_and_cluster) {
+        reader.fault(*value, shown + key, "is for method = \"void-and-cluster\" alone");
+      }
+    }
+    const Value* power = find_at(group, "tail_power");
+    if (power != nullptr && find_at(group, "tail") == nullptr) {
+      reader.fault(*power, shown + "tail_power", "is of a tail, but there is no tail");
+    }
+    const Value* tiles = find_at(group, "tiles");
+    if (tiles == nullptr) continue;
+    const auto has = [&](const std::vector<int>& axes, int axis) {
+      return std::find(axes.begin(), axes.end(), axis) != axes.end();
+    };
+    for (const int axis : specs[i].kernel.tile_axes) {
+      const std::string name = toml_string(names[static_cast<std::size_t>(axis)]);
+      if (!has(specs[i].axes, axis)) {
+        reader.fault(*tiles, shown + "tiles", fmt::format("axis {} is none of the group's", name));
+      } else if (axis < 2) {
+        reader.fault(*tiles, shown + "tiles", fmt::format("axis {} is no slice axis", name));
+      } else if (specs[i].is_box_along(axis)) {
+        reader.fault(*tiles, shown + "tiles", fmt::format("axis {} is in box already", name));
+      }
+    }
+    if (!specs[i].axes.empty() && !(has(specs[i].axes, 0) && has(specs[i].axes, 1))) {
+      reader.fault(*tiles, shown + "tiles", "the group must have x and y, whose edges the tiles share");
+    }
+  }
+}
+
 // Void and cluster makes one order, of scalars, with the energy of Gaussians.
 constexpr std::string_view with = "with method = \"void-and-cluster\" ";
 
@@ -235,6 +273,9 @@ void check_method(Reader& reader, const Value& root, const Owners& owners) {
   check_curve(reader, root, config.problem.samples);
   check_sizes_of_nets(reader, root, config);
   check_time_strata(reader, root, config);
+  if (const Value* groups = find_at(root, "filter.groups"); groups != nullptr && groups->array() != nullptr) {
+    check_order_energies(reader, *groups, config);
+  }
   const bool may_construct =
       config.optimizer.method == Method::construct || config.optimizer.method == Method::automatic;
   if (may_construct && find_at(root, "optimizer.stop") == nullptr) config.optimizer.stop = StopSpec::none();

@@ -151,6 +151,32 @@ std::vector<Setting> rows_of_filter() {
        .unit = "slices",
        .when = with_kernel("gauss-energy"),
        .zero_is_unset = true},
+      {.key = "filter.groups[].tiles",
+       .type = Type::custom,
+       .sentence =
+           "With void-and-cluster: slice axes of the group whose slices are tiles, any of which may lie beside any "
+           "other: what is near an edge in x or y is blue together with the far side of every tile, while inside they "
+           "do not act on each other. The group must have x and y.",
+       .field = [](GroupSpec& g) -> Field { return &g.kernel.tile_axes; },
+       .when = with_kernel("gauss-energy"),
+       .custom = &some_axes_type},
+      {.key = "filter.groups[].tail",
+       .type = Type::number,
+       .sentence =
+           "With void-and-cluster: the energy is at least tail / (tail + r^(2 tail_power)) at distance r, so that the "
+           "first pixels, which are out of each other's Gaussian, keep far apart too; it reaches over the "
+           "whole texture, which takes time.",
+       .field = [](GroupSpec& g) -> Field { return &g.kernel.tail; },
+       .range = above(0, 1),
+       .when = with_kernel("gauss-energy"),
+       .zero_is_unset = true},
+      {.key = "filter.groups[].tail_power",
+       .type = Type::number,
+       .sentence = "How fast the tail falls: as the distance to the power of -2 tail_power; 1 where it is left out.",
+       .field = [](GroupSpec& g) -> Field { return &g.kernel.tail_power; },
+       .range = at_least(0.5, 16),
+       .when = with_kernel("gauss-energy"),
+       .zero_is_unset = true},
       {.key = "filter.groups[].weight",
        .type = Type::number,
        .sentence = "Share of the group; given for all groups, adding up to 1, or for none (equal shares).",

@@ -47,6 +47,22 @@ HWY_INLINE void add_part(const A& add, std::uint32_t* words, const std::uint32_t
   }
 }
 
+// What of the weights [0, lo + hi] around x falls past an end of a line of `width` words, onto its other end.
+template <class A>
+HWY_INLINE void add_row_past_ends(std::int64_t width, std::int64_t lo, std::int64_t hi, const std::uint32_t* weights,
+                                  const A& add, std::int64_t x, std::uint32_t* line) {
+  const std::int64_t begin = x - lo;
+  const std::int64_t end = x + hi + 1;
+  if (begin < 0) {
+    const std::int64_t stop = std::min<std::int64_t>(end, 0);
+    add_part(add, line + begin + width, weights, static_cast<std::size_t>(stop - begin));
+  }
+  if (end > width) {
+    const std::int64_t start = std::max(begin, width);
+    add_part(add, line + (start - width), weights + (start - begin), static_cast<std::size_t>(end - start));
+  }
+}
+
 // The weights [0, lo + hi] around x of a line of `width` words, which goes on at its other end where it is toroidal.
 // A vector past the end of the line is read and written back as it was.
 template <class A>
@@ -63,15 +79,7 @@ HWY_INLINE void add_row(std::int64_t width, bool toroidal, std::int64_t lo, std:
   const std::int64_t from = std::max<std::int64_t>(begin, 0);
   const std::int64_t to = std::min(end, width);
   if (to > from) add_part(add, line + from, weights + (from - begin), static_cast<std::size_t>(to - from));
-  if (!toroidal) return;
-  if (begin < 0) {
-    const std::int64_t stop = std::min<std::int64_t>(end, 0);
-    add_part(add, line + begin + width, weights, static_cast<std::size_t>(stop - begin));
-  }
-  if (end > width) {
-    const std::int64_t start = std::max(begin, width);
-    add_part(add, line + (start - width), weights + (start - begin), static_cast<std::size_t>(end - start));
-  }
+  if (toroidal) add_row_past_ends(width, lo, hi, weights, add, x, line);
 }
 
 }  // namespace noiseloom::rows::HWY_NAMESPACE

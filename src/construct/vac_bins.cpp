@@ -5,7 +5,7 @@
 
 namespace noiseloom {
 
-VacBins::VacBins(const VacLayout& layout, const VacGroupKernel& group) {
+VacBins::VacBins(const VacLayout& layout, const VacGroupKernel& group) : edges_(group.edges) {
   std::vector<int> indices{group.axis0};
   indices.insert(indices.end(), group.others.begin(), group.others.end());
   for (const int index : indices) {

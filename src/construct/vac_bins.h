@@ -76,13 +76,19 @@ class VacBins {
         for (std::uint32_t left = bin.count; left > 0; --left, node += num_axes + 1) {
           std::int64_t index = 0;
           bool inside = true;
+          bool crosses = false;
           for (std::size_t a = 0; a < num_axes; ++a) {
             const Axis& axis = axes_[a];
             std::int32_t d = node[a + 1] - at[a];
-            if (axis.toroidal) d += d > axis.hi ? -axis.size : d < -axis.lo ? axis.size : 0;
+            if (axis.toroidal) {
+              const std::int32_t around = d > axis.hi ? -axis.size : d < -axis.lo ? axis.size : 0;
+              d += around;
+              crosses = crosses || (around != 0 && axis.index < 2);
+            }
             inside = inside && d >= -axis.lo && d <= axis.hi;
             index += (d + axis.lo) * axis.weight_stride;
           }
+          inside = inside && (edges_ == VacEdges::pass || crosses == (edges_ == VacEdges::cross));
           if (inside) visit(static_cast<std::uint32_t>(node[0]), weights_[static_cast<std::size_t>(index)]);
         }
       }
@@ -92,6 +98,7 @@ class VacBins {
     }
   }
 
+  VacEdges edges_;
   std::vector<Axis> axes_;                                          // of the group
   std::vector<std::pair<std::size_t, std::int64_t>> fixed_stride_;  // the other axes
   std::vector<std::uint32_t> weights_;                              // dense

@@ -12,46 +12,12 @@
 namespace noiseloom {
 namespace {
 
-constexpr std::int64_t line_words = 16;
-constexpr std::int64_t leaf_cells = 64;
+constexpr std::int64_t line_words = VacLayout::line_words;
+constexpr std::int64_t leaf_cells = VacLayout::leaf_cells;
 
 bool contains_x(const VacGroupKernel& group) { return group.axis0 == 0; }
 
 }  // namespace
-
-VacLayout::VacLayout(const VacSpec& spec, SliceIndex begin, SliceIndex end)
-    : num_axes(spec.extents.num_axes()),
-      size{},
-      toroidal{},
-      slice_step{},
-      cells(spec.extents.cells_per_slice()),
-      num_slices(spec.extents.num_slices()),
-      slice_begin(begin),
-      slice_end(end),
-      leaves((cells + leaf_cells - 1) / leaf_cells) {
-  std::int64_t step = 1;
-  for (int axis = 0; axis < num_axes; ++axis) {
-    const auto a = static_cast<std::size_t>(axis);
-    size[a] = spec.extents.size(axis);
-    toroidal[a] = spec.toroidal.empty() || spec.toroidal[a];
-    if (axis < 2) continue;
-    slice_step[a] = step;
-    step *= size[a];
-  }
-  // At least a whole vector behind each slice (a row of taps is padded with zeros), and an odd number of lines.
-  const std::int64_t lines = (cells + line_words - 1) / line_words + 1;
-  slice_words = (lines | 1) * line_words;
-}
-
-VacLayout::Coord VacLayout::coord(std::uint64_t position) const {
-  Coord result{};
-  for (std::size_t a = 0; a < static_cast<std::size_t>(num_axes); ++a) {
-    const auto n = static_cast<std::uint64_t>(size[a]);
-    result[a] = static_cast<std::int64_t>(position % n);
-    position /= n;
-  }
-  return result;
-}
 
 VacWords allocate_words(std::size_t count) {
   // Footprints over slice axes touch a page for every slice: huge pages keep them within reach of the TLB.
@@ -363,20 +329,21 @@ static void append_positions(const VacLayout& layout, std::span<const std::size_
   }
 }
 
-void VacField::turn_on_watching(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits) {
+template <bool On>
+void VacField::turn_one(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits) {
   settle();
   watched_.clear();
   if (has(position)) data_[index(position)] ^= vac_flag;
-  turn_watching<true>(layout_, kernel_, data_.get(), position, limit, watched_);
+  turn_watching<On>(layout_, kernel_, data_.get(), position, limit, watched_);
   append_positions(layout_, watched_, hits);
 }
 
+void VacField::turn_on_watching(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits) {
+  turn_one<true>(position, limit, hits);
+}
+
 void VacField::turn_off_watching(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits) {
-  settle();
-  watched_.clear();
-  if (has(position)) data_[index(position)] ^= vac_flag;
-  turn_watching<false>(layout_, kernel_, data_.get(), position, limit, watched_);
-  append_positions(layout_, watched_, hits);
+  turn_one<false>(position, limit, hits);
 }
 
 void VacField::refresh_bounds(VacView view) {

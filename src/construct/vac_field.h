@@ -82,6 +82,8 @@ class VacField {
   void settle();
   template <bool On>
   void turn(std::span<const std::uint64_t> positions);
+  template <bool On>
+  void turn_one(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits);
 
   VacLayout layout_;
   const VacKernel& kernel_;

@@ -86,8 +86,11 @@ template <class A>
 HWY_INLINE void add_any(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
                         std::uint64_t position) {
   const VacLayout::Coord at = layout.coord(position);
+  const bool near_edge = group.reaches_an_edge(at[0], layout.size[0], at[1], layout.size[1]);
+  if (group.edges == VacEdges::cross && !near_edge) return;
   for (const VacRow& row : group.rows) {
     std::int64_t y = at[1];
+    bool crosses = false;
     std::int64_t slice = static_cast<std::int64_t>(position) / layout.cells;
     bool inside = true;
     for (std::size_t i = 0; i < group.others.size() && inside; ++i) {
@@ -97,20 +100,30 @@ HWY_INLINE void add_any(const VacLayout& layout, const VacGroupKernel& group, st
       inside = layout.move(c, axis, row.offset[i]);
       if (axis == 1) {
         y = c;
+        crosses = crosses || c != at[1] + row.offset[i];
       } else {
         slice += (c - at[a]) * layout.slice_step[a];
       }
     }
     if (!inside || !layout.has_slice(slice)) continue;
     std::uint32_t* const words = data + (slice - layout.slice_begin) * layout.slice_words + y * layout.size[0];
-    add_row(layout, row, group.weights.data(), add, at[0], words);
+    const bool part = group.edges != VacEdges::pass;
+    if (!part || (crosses && group.edges == VacEdges::cross)) {
+      add_row(layout, row, group.weights.data(), add, at[0], words);
+    } else if (group.edges == VacEdges::cross && layout.toroidal[0]) {
+      rows::HWY_NAMESPACE::add_row_past_ends(layout.size[0], row.lo, row.hi, group.weights.data() + row.first, add,
+                                             at[0], words);
+    } else if (group.edges == VacEdges::stay && !crosses) {
+      rows::HWY_NAMESPACE::add_row(layout.size[0], false, row.lo, row.hi, group.weights.data() + row.first, add, at[0],
+                                   words);
+    }
   }
 }
 
 template <class A>
 HWY_INLINE void add_group(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
                           std::span<const std::uint64_t> positions) {
-  if (group.others.size() == 1 && group.others[0] == 1) {
+  if (group.is_of_plane()) {
     for (std::size_t i = 0; i < positions.size(); ++i) {
       if (i + 2 < positions.size()) prefetch_plane(layout, group, data, positions[i + 2]);
       add_plane(layout, group, data, add, positions[i]);

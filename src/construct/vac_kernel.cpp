@@ -52,44 +52,103 @@ AxisKernel box_kernel(std::int64_t size, bool toroidal, int box) {
   return kernel;
 }
 
+// Every offset of an axis once: the kernel, and `fill` where it has none.
+AxisKernel whole_axis(const AxisKernel& kernel, double fill, std::int64_t size, bool toroidal) {
+  AxisKernel whole;
+  whole.lo = narrow<std::int32_t>(toroidal ? (size - 1) / 2 : size - 1);
+  whole.hi = narrow<std::int32_t>(toroidal ? size / 2 : size - 1);
+  for (std::int32_t d = -whole.lo; d <= whole.hi; ++d) {
+    whole.values.push_back(d >= -kernel.lo && d <= kernel.hi ? kernel.at(d) : fill);
+  }
+  return whole;
+}
+
+enum class AxisKind { gauss, box, tile };
+
 struct GroupAxes {
   std::vector<int> axes;  // ascending
   std::vector<AxisKernel> kernels;
-  std::vector<bool> is_box;
+  std::vector<AxisKind> kinds;
+  double weight = 1;
+  double tail = 0;
+  double tail_power = 1;
+  VacEdges edges = VacEdges::pass;
 };
 
-GroupAxes group_axes(const VacSpec& spec, const VacGroup& group) {
-  GroupAxes result{group.axes, {}, {}};
-  std::sort(result.axes.begin(), result.axes.end());
-  for (const int axis : result.axes) {
+// Of a group with tile axes there are two: within a tile, without those axes; and from a tile to the others.
+GroupAxes group_axes(const VacSpec& spec, const VacGroup& group, VacEdges edges) {
+  GroupAxes result;
+  result.weight = group.weight;
+  result.tail = group.tail;
+  result.tail_power = group.tail_power;
+  result.edges = edges;
+  std::vector<int> axes = group.axes;
+  std::sort(axes.begin(), axes.end());
+  const auto among = [](const std::vector<int>& some, int axis) {
+    return std::find(some.begin(), some.end(), axis) != some.end();
+  };
+  for (const int axis : axes) {
     const bool toroidal = spec.toroidal.empty() || spec.toroidal[static_cast<std::size_t>(axis)];
-    const bool is_box = std::find(group.box_axes.begin(), group.box_axes.end(), axis) != group.box_axes.end();
     const std::int64_t size = spec.extents.size(axis);
-    result.is_box.push_back(is_box);
-    result.kernels.push_back(is_box ? box_kernel(size, toroidal, group.box_size)
-                                    : axis_kernel(size, toroidal, group.sigma_px));
+    const AxisKind kind = among(group.box_axes, axis)    ? AxisKind::box
+                          : among(group.tile_axes, axis) ? AxisKind::tile
+                                                         : AxisKind::gauss;
+    if (kind == AxisKind::tile && edges == VacEdges::stay) continue;
+    result.axes.push_back(axis);
+    result.kinds.push_back(kind);
+    if (kind == AxisKind::box) {
+      result.kernels.push_back(box_kernel(size, toroidal, group.box_size));
+    } else if (kind == AxisKind::tile) {
+      const double share = 1 / static_cast<double>(size);
+      result.kernels.push_back(whole_axis({0, 0, {share}}, share, size, true));
+    } else {
+      const AxisKernel gauss = axis_kernel(size, toroidal, group.sigma_px);
+      result.kernels.push_back(group.tail > 0 ? whole_axis(gauss, 0, size, toroidal) : gauss);
+    }
   }
   return result;
 }
 
 // The other offsets of a row, without axis0: how they weigh, and whether they are zero on the axes of either kind.
 struct RowPlace {
-  double factor = 1;
+  double factor = 1;   // of all axes
+  double gauss = 1;    // of the axes with a Gaussian
+  double flat = 1;     // of the others
+  double squared = 0;  // length of the offset along the axes with a Gaussian
   bool box_is_zero = true;
   bool round_is_zero = true;
+
+  void add(const GroupAxes& group, std::size_t axis, std::int32_t d) {
+    const double value = group.kernels[axis].at(d);
+    factor *= value;
+    if (group.kinds[axis] != AxisKind::gauss) {
+      box_is_zero = box_is_zero && (group.kinds[axis] == AxisKind::tile || d == 0);
+      flat *= value;
+    } else {
+      round_is_zero = round_is_zero && d == 0;
+      gauss *= value;
+      squared += static_cast<double>(d) * d;
+    }
+  }
+  double weight(const GroupAxes& group) const {
+    if (group.tail == 0) return factor;
+    const double tail = group.tail / (group.tail + math::pow(squared, group.tail_power));
+    return std::max(gauss, tail) * flat;
+  }
 };
 
-// Appends the row at `offset`, whose weights are factor * k_axis0, unless all of them round to zero.
-void append_row(VacGroupKernel& group, const AxisKernel& along, bool along_is_box, const VacRow& at,
-                const RowPlace& place, double scale) {
+// Appends the row at `offset`, unless all of its weights round to zero.
+void append_row(VacGroupKernel& result, const GroupAxes& group, const VacRow& at, const RowPlace& others,
+                double scale) {
+  const AxisKernel& along = group.kernels[0];
   std::vector<std::uint32_t> row;
   std::vector<std::int32_t> same_pixel;  // offsets to the same pixel of another slice of the box
   for (std::int32_t d = -along.lo; d <= along.hi; ++d) {
-    const bool box_is_zero = place.box_is_zero && !(along_is_box && d != 0);
-    const bool round_is_zero = place.round_is_zero && (along_is_box || d == 0);
-    if (round_is_zero && !box_is_zero) same_pixel.push_back(d);
-    const bool zero = round_is_zero && box_is_zero;
-    row.push_back(zero ? 0 : static_cast<std::uint32_t>(std::floor(place.factor * along.at(d) * scale + 0.5)));
+    RowPlace place = others;
+    place.add(group, 0, d);
+    if (place.round_is_zero && !place.box_is_zero) same_pixel.push_back(d);
+    const bool zero = place.round_is_zero && place.box_is_zero;
+    row.push_back(zero ? 0 : static_cast<std::uint32_t>(std::floor(place.weight(group) * scale + 0.5)));
   }
   const auto not_zero = [](std::uint32_t w) { return w != 0; };
   auto first = std::find_if(row.begin(), row.end(), not_zero);
@@ -98,31 +157,32 @@ void append_row(VacGroupKernel& group, const AxisKernel& along, bool along_is_bo
   const auto middle = row.begin() + along.lo;  // a row reaches from before to behind its middle
   first = std::min(first, middle);
   last = std::max(last, middle + 1);
-  VacRow result = at;
-  result.lo = static_cast<std::int32_t>(middle - first);
-  result.hi = static_cast<std::int32_t>(last - middle) - 1;
-  result.first = group.weights.size();
-  group.weights.insert(group.weights.end(), first, last);
-  group.weights.insert(group.weights.end(), VacGroupKernel::padding, 0U);
-  group.rows.push_back(result);
+  VacRow cut = at;
+  cut.lo = static_cast<std::int32_t>(middle - first);
+  cut.hi = static_cast<std::int32_t>(last - middle) - 1;
+  cut.first = result.weights.size();
+  result.weights.insert(result.weights.end(), first, last);
+  result.weights.insert(result.weights.end(), VacGroupKernel::padding, 0U);
+  result.rows.push_back(cut);
+  result.reach_x = std::max({result.reach_x, cut.lo, cut.hi});
+  result.reach_y = std::max(result.reach_y, std::abs(at.offset[0]));
   for (const std::int32_t d : same_pixel) {
-    group.same_pixel.push_back(result.first + static_cast<std::size_t>(d + result.lo));
+    result.same_pixel.push_back(cut.first + static_cast<std::size_t>(d + cut.lo));
   }
 }
 
 VacGroupKernel group_kernel(const GroupAxes& group, double scale) {
-  VacGroupKernel result{group.axes[0], {group.axes.begin() + 1, group.axes.end()}, {}, {}, {}};
+  VacGroupKernel result;
+  result.axis0 = group.axes[0];
+  result.others.assign(group.axes.begin() + 1, group.axes.end());
+  result.edges = group.edges;
   const std::size_t num_others = result.others.size();
   VacRow row{};
   for (std::size_t i = 0; i < num_others; ++i) row.offset[i] = -group.kernels[i + 1].lo;
   while (true) {
     RowPlace place;
-    for (std::size_t i = 0; i < num_others; ++i) {
-      place.factor *= group.kernels[i + 1].at(row.offset[i]);
-      bool& is_zero = group.is_box[i + 1] ? place.box_is_zero : place.round_is_zero;
-      is_zero = is_zero && row.offset[i] == 0;
-    }
-    append_row(result, group.kernels[0], group.is_box[0], row, place, scale);
+    for (std::size_t i = 0; i < num_others; ++i) place.add(group, i + 1, row.offset[i]);
+    append_row(result, group, row, place, scale);
     std::size_t i = 0;
     while (i < num_others && row.offset[i] == group.kernels[i + 1].hi) {
       row.offset[i] = -group.kernels[i + 1].lo;
@@ -151,19 +211,27 @@ VacKernel::VacKernel(const VacSpec& spec) {
   std::vector<GroupAxes> groups;
   double sum = 0;
   for (const VacGroup& group : spec.groups) {
-    groups.push_back(group_axes(spec, group));
-    sum += group.weight * kernel_sum(groups.back());
+    const auto with = [&](VacEdges edges) {
+      groups.push_back(group_axes(spec, group, edges));
+      sum += groups.back().weight * kernel_sum(groups.back());
+    };
+    if (group.tile_axes.empty()) {
+      with(VacEdges::pass);
+    } else {
+      with(VacEdges::stay);
+      with(VacEdges::cross);
+    }
   }
   constexpr double limit = 0x1p31;
   scale_log2_ = 30;
   while (scale_log2_ > 0 && std::ldexp(sum, scale_log2_) >= limit) --scale_log2_;
-  // The real sum fits; the rounded weights may add half a unit each, so they are counted too.
+  // The real sum fits, but for tails; the rounded weights may add half a unit each, so they are counted too.
   for (;; --scale_log2_) {
     groups_.clear();
     weight_sum_ = 0;
     std::uint64_t num_same_pixel = 0;
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-      groups_.push_back(group_kernel(groups[g], std::ldexp(spec.groups[g].weight, scale_log2_)));
+    for (const GroupAxes& group : groups) {
+      groups_.push_back(group_kernel(group, std::ldexp(group.weight, scale_log2_)));
       for (const std::size_t i : groups_.back().same_pixel) groups_.back().weights[i] = 0;
       num_same_pixel += groups_.back().same_pixel.size();
       for (const std::uint32_t weight : groups_.back().weights) weight_sum_ += weight;

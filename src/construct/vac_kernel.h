@@ -24,12 +24,24 @@ struct VacRow {
   std::size_t first;  // weights[first] belongs to -lo
 };
 
+// Which offsets count, by whether they pass an edge of x or y: all; those of a tile to itself, which do not; or those
+// of a tile to all tiles, which do.
+enum class VacEdges { pass, stay, cross };
+
 struct VacGroupKernel {
-  int axis0;                // the group's lowest axis
+  int axis0 = 0;            // the group's lowest axis
   std::vector<int> others;  // the rest, ascending
   std::vector<VacRow> rows;
   std::vector<std::uint32_t> weights;   // followed by zeros for whole vectors past the last row; also between rows
   std::vector<std::size_t> same_pixel;  // the weights at offsets that are zero but along box axes
+  VacEdges edges = VacEdges::pass;
+  bool is_of_plane() const { return axis0 == 0 && others == std::vector<int>{1} && edges == VacEdges::pass; }
+  std::int32_t reach_x = 0;
+  std::int32_t reach_y = 0;
+  // Whether a row around (x, y) may reach past an edge of a slice of that size.
+  bool reaches_an_edge(std::int64_t x, std::int64_t width, std::int64_t y, std::int64_t height) const {
+    return x < reach_x || x + reach_x >= width || y < reach_y || y + reach_y >= height;
+  }
   static constexpr std::size_t padding = 16;
 };
 

@@ -16,6 +16,8 @@ struct VacPlace {
 
 // How positions map to words. All axes; slices [slice_begin, slice_end) are present.
 struct VacLayout {
+  static constexpr std::int64_t line_words = 16;  // of a cache line
+  static constexpr std::int64_t leaf_cells = 64;
   VacLayout(const VacSpec& spec, SliceIndex begin, SliceIndex end);
 
   int num_axes;

@@ -32,7 +32,7 @@ class VacPending {
   // where it is so large that its weights would not stay in the first cache.
   static std::optional<VacPending> make(const VacLayout& layout, const VacKernel& kernel);
 
-  static bool waits(const VacGroupKernel& group) { return group.axis0 == 0 && group.others == std::vector<int>{1}; }
+  static bool waits(const VacGroupKernel& group) { return group.is_of_plane(); }
 
   // A pixel of a slice that is present. False where its bin is full: then it must be added to the field at once.
   bool add(const VacLayout& layout, const VacPlace& place) {

@@ -63,7 +63,7 @@ static auto raise_around() { return HWY_DYNAMIC_DISPATCH(RaiseAround); }
 
 bool VacPlaneBins::suit(const VacLayout& layout, const VacGroupKernel& group) {
   constexpr std::int64_t most_pixels = 64 * 64;
-  if (group.others.size() != 1) return false;
+  if (group.others.size() != 1 || group.edges != VacEdges::pass) return false;
   return layout.size[static_cast<std::size_t>(group.axis0)] * layout.size[static_cast<std::size_t>(group.others[0])] <=
          most_pixels;
 }

@@ -40,6 +40,25 @@ void check_vac_spec(const VacSpec& spec) {
     if (!group.box_axes.empty() && group.box_size < 1) {
       fault(name + ".box_size = " + std::to_string(group.box_size) + ": must be at least 1");
     }
+    for (const int axis : group.tile_axes) {
+      if (std::find(group.axes.begin(), group.axes.end(), axis) == group.axes.end()) {
+        fault(name + ".tiles: axis " + std::to_string(axis) + " is none of the group's");
+      }
+      if (axis < 2) fault(name + ".tiles: axis " + std::to_string(axis) + " is no slice axis");
+      if (std::find(group.box_axes.begin(), group.box_axes.end(), axis) != group.box_axes.end()) {
+        fault(name + ".tiles: axis " + std::to_string(axis) + " is a box axis too");
+      }
+    }
+    if (!group.tile_axes.empty() && !(std::count(group.axes.begin(), group.axes.end(), 0) == 1 &&
+                                      std::count(group.axes.begin(), group.axes.end(), 1) == 1)) {
+      fault(name + ".tiles: the group must have x and y, whose edges the tiles share");
+    }
+    if (!(group.tail >= 0 && group.tail <= 1)) {
+      fault(name + ".tail = " + std::to_string(group.tail) + ": must be between 0 and 1");
+    }
+    if (!(group.tail_power >= 0.5 && group.tail_power <= 16)) {
+      fault(name + ".tail_power = " + std::to_string(group.tail_power) + ": must be between 0.5 and 16");
+    }
     if (!(group.weight > 0 && group.weight <= 1)) {
       fault(name + ".weight = " + std::to_string(group.weight) + ": must be above 0 and at most 1");
     }

@@ -218,7 +218,7 @@ TextureFile load_texture(const std::string& path, const std::optional<RunConfig>
 StoredTexture load_stored_texture(const std::string& path, const std::optional<RunConfig>& config,
                                   const TextureReading& reading) {
   const FileKind kind = kind_of(path);
-  const loaders::Request request{path, config, reading};
+  const loaders::Request request{path, config, reading, true};
   StoredTexture found;
   if (kind == FileKind::run_file) {
     TextureFile file = loaders::run_file(request);

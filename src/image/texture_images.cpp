@@ -130,6 +130,10 @@ Arrangement arrange_one(const std::string& path, const ImageReader& reader, cons
 Arrangement arrange_many(const std::string& path, std::vector<std::string> files, const Extents& extents) {
   if (std::cmp_not_equal(files.size(), extents.num_slices()))
     size_differs(path, fmt::format("{} image{}", files.size(), files.size() == 1 ? "" : "s"), extents);
+  const ImageReader first(files.front());
+  const ImageShape& shape = first.shape(0);
+  if (shape.width != extents.width() || shape.height != extents.height() || first.num_parts() > 1)
+    size_differs(files.front(), size_of(shape), extents, first.window(0));
   Arrangement arrangement{std::move(files), {}, ""};
   for (std::size_t f = 0; f < arrangement.files.size(); ++f) arrangement.slices.push_back({f, 0, 0, 0});
   arrangement.kind = fmt::format("{} images", arrangement.files.size());
@@ -175,6 +179,19 @@ Arrangement arrange(const Request& request, const Extents& extents, std::vector<
     files = sequence_for(path, extents, notes);
   return files.size() == 1 ? arrange_one(files.front(), reader, extents, layout, notes)
                            : arrange_many(path, std::move(files), extents);
+}
+
+// What is wrong with the size that images say of themselves: they may have been cropped since.
+std::optional<UserError> misfit_of_own_size(const std::string& path, const OwnFacts& own) {
+  Request request{path, own.config, {}};
+  request.reading.layout = reading_of_layout(own.layout);
+  std::vector<std::string> notes;
+  try {
+    arrange(request, own.config.problem.extents, notes);
+  } catch (const UserError& error) {
+    return error;
+  }
+  return std::nullopt;
 }
 
 // Stored numbers as 0..1 (integers) or as they are (floats).
@@ -286,7 +303,8 @@ std::vector<std::string> names_of(const ImageShape& shape) {
 Extents suggested_image_extents(const std::string& path, const TextureReading& reading,
                                 std::vector<std::string>& notes) {
   if (reading.layout.empty())
-    if (const auto own = own_facts_of_images(path)) return own->config.problem.extents;
+    if (const auto own = own_facts_of_images(path); own && !misfit_of_own_size(path, *own))
+      return own->config.problem.extents;
   const Layout layout = parse_layout(reading.layout);
   const bool many = std::filesystem::is_directory(path) || !std::filesystem::exists(path);
   const std::vector<std::string> files = many ? find_sequence(path) : std::vector<std::string>{path};
@@ -332,6 +350,18 @@ Stored images(const Request& given) {
   } catch (const UserError&) {
     if (!given.config) throw;  // whoever gives one need not care what the file says
   }
+  if (own && !given.config && given.reading.layout.empty()) {
+    if (const auto misfit = misfit_of_own_size(given.path, *own)) {
+      std::vector<Fault> faults = misfit->faults();
+      faults.back().text += "; the config is that in the file, which was cropped or put together anew since";
+      if (!given.any_size) throw UserError(std::move(faults));
+      stored.notes.push_back(fmt::format(
+          "The size is not that of the run which the file names ({}): the file was cropped or put together anew since. "
+          "What it says of itself was not believed.",
+          expected_size(own->config.problem.extents)));
+      own.reset();
+    }
+  }
   if (own && given.reading.layout.empty()) request.reading.layout = reading_of_layout(own->layout);
   if (own && !given.config && given.reading.layout.empty()) {
     stored.config = request.config = own->config;
@@ -342,9 +372,6 @@ Stored images(const Request& given) {
   const Arrangement arrangement = arrange(request, extents, stored.notes);
   const ImageReader first(arrangement.files.front());
   const ImageShape shape = first.shape(0);
-  if (arrangement.files.size() > 1 &&
-      (shape.width != extents.width() || shape.height != extents.height() || first.num_parts() > 1))
-    size_differs(arrangement.files.front(), size_of(shape), extents, first.window(0));
   if (!first.window(0).empty())
     stored.notes.push_back(fmt::format("The image has a {}; the data window was taken.", first.window(0)));
   stored.is_srgb = first.is_srgb();

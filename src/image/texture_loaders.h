@@ -13,6 +13,9 @@ struct Request {
   std::string path;
   std::optional<RunConfig> config;
   TextureReading reading;
+  // Where an image no longer has the size that it says of itself, it is taken as it is, and nothing it says is
+  // believed.
+  bool any_size = false;
 };
 
 // The numbers of a file with all its channels.

@@ -95,8 +95,9 @@ Overlap gauss_energy_overlap(const Extents& extents, const GroupSpec& group) {
   std::vector<Overlap> factors;
   std::vector<double> largest;
   for (const int axis : group.axes) {
-    const auto ring = group.is_box_along(axis) ? box_energy_ring(group.kernel.box_size, extents.size(axis))
-                                               : gauss_energy_ring(group.kernel.sigma, extents.size(axis));
+    const auto ring = group.is_box_along(axis)    ? box_energy_ring(group.kernel.box_size, extents.size(axis))
+                      : group.is_tile_along(axis) ? std::vector<double>{1}
+                                                  : gauss_energy_ring(group.kernel.sigma, extents.size(axis));
     factors.push_back(axis_overlap(extents, axis, ring));
     largest.push_back(*std::max_element(ring.begin(), ring.end()));
   }

@@ -190,9 +190,11 @@ PublishedInput read_init(const FastLine& line) {
   PublishedInput input{line.file + ".unfinished.npy", {}, {}};
   if (depth > 1) input.shape.push_back(depth);
   input.shape.insert(input.shape.end(), {height, width, line.space.channels});
+  std::vector<float> values;
   for (std::size_t texel = 0; texel < texel_numbers.size(); texel += numbers_of_a_texel)
-    input.values.insert(input.values.end(), texel_numbers.begin() + static_cast<std::ptrdiff_t>(texel),
-                        texel_numbers.begin() + static_cast<std::ptrdiff_t>(texel + channels));
+    values.insert(values.end(), texel_numbers.begin() + static_cast<std::ptrdiff_t>(texel),
+                  texel_numbers.begin() + static_cast<std::ptrdiff_t>(texel + channels));
+  input.values = [values = std::move(values)] { return values; };
   return input;
 }
 

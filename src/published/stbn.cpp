@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "noiseloom/core/json.h"
+#include "noiseloom/core/math.h"
 #include "noiseloom/core/text.h"
 #include "noiseloom/image/naming.h"
 #include "noiseloom/image/sequence.h"
@@ -225,14 +226,17 @@ void check_vector_words(WordReader& reader, const VectorLine& line) {
 // Unit vectors of the plane, one in the middle of each of as many equal arcs as a slice has pixels.
 PublishedInput unit_vectors(const VectorLine& line, const std::string& stem) {
   const std::int64_t count = line.size[0] * line.size[1];
-  PublishedInput input{stem + ".unfinished.npy", {count, 2}, {}};
-  input.values.reserve(static_cast<std::size_t>(2 * count));
-  for (std::int64_t i = 0; i < count; ++i) {
-    const double angle = 2 * std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
-    input.values.push_back(static_cast<float>(std::cos(angle)));
-    input.values.push_back(static_cast<float>(std::sin(angle)));
-  }
-  return input;
+  const auto values = [count] {
+    std::vector<float> vectors;
+    vectors.reserve(static_cast<std::size_t>(2 * count));
+    for (std::int64_t i = 0; i < count; ++i) {
+      const double turns = (static_cast<double>(i) + 0.5) / static_cast<double>(count);
+      vectors.push_back(static_cast<float>(math::cos_2pi(turns)));
+      vectors.push_back(static_cast<float>(math::sin_2pi(turns)));
+    }
+    return vectors;
+  };
+  return {stem + ".unfinished.npy", {count, 2}, values};
 }
 
 // swapCountFactor N^2 swaps of N pixels; an iteration is N / 2 of them.

@@ -60,7 +60,9 @@ struct SkyEffect : PlainEffect {
     const std::size_t i = sky->index(cell);
     const double chance = by_light ? sky->cells.mass(cell) : sky->solid_angles[i] / math::two_pi;
     const double cosine = cosine_if_open(hits->at(x, y), i);
-    for (std::size_t c = 0; c < 3; ++c) out[c] = static_cast<float>(sky->light[i][c] * cosine / chance);
+    // A cell without light has no chance: rounding may carry a direction over its edge.
+    for (std::size_t c = 0; c < 3; ++c)
+      out[c] = chance > 0 ? static_cast<float>(sky->light[i][c] * cosine / chance) : 0;
   }
   void expect(int x, int y, double* out) const {
     for (int c = 0; c < 3; ++c) out[c] = 0;
@@ -81,7 +83,11 @@ struct SkyEffect : PlainEffect {
 
 }  // namespace
 
-void make_sky_pass(Shared& shared) { shared.sky.make(make_sky(shared.scene.sky)); }
+void make_sky_pass(Shared& shared) {
+  const SkyLight& sky = shared.sky.make(make_sky(shared.scene.sky));
+  for (const Noise& noise : shared.opened)
+    if (holds_directions_of_sky(shared.scene, noise)) check_directions(noise, sky);
+}
 
 std::int64_t bytes_of_sky(const Scene&, std::span<const Noise>) {
   return most_cells_of_sky * static_cast<std::int64_t>(sizeof(Vector) + 5 * sizeof(double));

@@ -41,14 +41,15 @@ RunConfig config_of(const NoiseSpec& spec) {
 }
 
 // Removes a texture that was kept and whose digests no longer fit: nothing can be taken from it. Where the run has an
-// earlier generation beside it, whoever makes the texture goes on from that. Says what was done, or nothing.
+// earlier generation beside it, whoever makes the texture goes on from that. What else is wrong with a file, or what is
+// no run file, is left to it too. Says what was done, or nothing.
 std::string without_damage(const std::string& path) {
   namespace fs = std::filesystem;
   if (!fs::exists(path) || fs::exists(path + ".prev")) return "";
   try {
     const RunFileReader whole(path);
     return "";
-  } catch (const UserError& error) {
+  } catch (const DamagedRunFile& error) {
     fs::remove(path);
     return fmt::format("{}, which was kept of an earlier run, was damaged and is made anew ({})", path,
                        error.faults().front().text);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 
 #include "noiseloom/core/error.h"
@@ -115,6 +116,24 @@ class Jobs {
   std::mutex mutex_;
 };
 
+// Nothing can be said of noises by an error that is no number.
+void check_errors(const Result& result) {
+  std::vector<Fault> faults;
+  for (std::size_t effect = 0; effect < result.effects.size(); ++effect)
+    for (std::size_t noise = 0; noise < result.noises.size(); ++noise) {
+      const auto curves =
+          static_cast<std::ptrdiff_t>(result.squares.size() / result.effects.size() / result.noises.size());
+      const auto first =
+          result.squares.begin() + static_cast<std::ptrdiff_t>(effect * result.noises.size() + noise) * curves;
+      if (std::all_of(first, first + curves, [](double square) { return std::isfinite(square); })) continue;
+      faults.push_back({"noise \"" + result.noises[noise] + "\"",
+                        fmt::format("its error in {} is no finite number: its samples, or the numbers of the scene, "
+                                    "are beyond what is computed with",
+                                    name_of(result.effects[effect]))});
+    }
+  throw_if_any(std::move(faults));
+}
+
 // How far filters take the truth from itself, and the pictures of it.
 void store_truth(const Shared& shared, Result& result) {
   for (std::size_t effect = 0; effect < result.effects.size(); ++effect) {
@@ -192,6 +211,7 @@ Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& 
   }
   if (scene.puts_out("spectra")) result.spectra.resize(result.effects.size() * noises.size() * result.num_times());
   run_jobs(shared, result, pool);
+  check_errors(result);
   store_truth(shared, result);
   if (scene.puts_out("predictions")) result.predictions = shared.predictions.get(Data::predictions, "results");
   result.seconds = watch.seconds();

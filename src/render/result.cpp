@@ -221,7 +221,7 @@ std::string results_text(const Result& result) {
   std::string text;
   for (std::size_t effect = 0; effect < result.effects.size(); ++effect) {
     for (const Metric metric : result.metrics) {
-      if (std::isnan(result.of_repeat(metric, effect, 0, 0, 0, result.frames - 1))) continue;
+      if (metric == Metric::unseen && result.effects[effect] != Effect::sparse) continue;
       text +=
           fmt::format("{}{}, {} in frame {}{}\n", metric == Metric::rmse ? "" : "\n", name_of(result.effects[effect]),
                       title_of(metric), result.frames, result.repeats > 1 ? " (standard error)" : "");

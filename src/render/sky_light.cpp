@@ -71,7 +71,7 @@ Texel SkyLight::cell_of(Vector direction) const {
   const double turn = around > 0 ? math::acos(direction.x / around) / math::two_pi : 0;
   const double b = direction.z < 0 ? 1 - turn : turn;
   const int x = std::clamp(static_cast<int>(b * fine_width), 0, fine_width - 1);
-  const int y = std::clamp(static_cast<int>(a * 2 * fine_height), 0, fine_height - 1);
+  const int y = std::clamp(static_cast<int>(a * image_height), 0, fine_height - 1);
   return {static_cast<int>(std::int64_t{x} * cells.width() / fine_width),
           static_cast<int>(std::int64_t{y} * cells.height() / fine_height)};
 }
@@ -80,7 +80,8 @@ SkyLight make_sky(const SkySpec& spec) {
   const SkyPixels pixels = spec.file.empty() ? sky_of_sun() : sky_of_image(spec.file);
   SkyLight sky;
   sky.fine_width = pixels.width;
-  sky.fine_height = pixels.height / 2;
+  sky.fine_height = (pixels.height + 1) / 2;
+  sky.image_height = pixels.height;
   const int columns = std::min(most_columns, sky.fine_width);
   const int rows = std::min(most_rows, sky.fine_height);
   const std::size_t count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
@@ -89,7 +90,8 @@ SkyLight make_sky(const SkySpec& spec) {
   std::vector<Vector> middles(count);
   for (int y = 0; y < sky.fine_height; ++y) {
     const double above = math::cos_2pi(0.5 * y / pixels.height);
-    const double below = math::cos_2pi(0.5 * (y + 1) / pixels.height);
+    // The middle row of an odd number ends at the horizon.
+    const double below = std::max(0.0, math::cos_2pi(0.5 * (y + 1) / pixels.height));
     const double solid = math::two_pi * (above - below) / pixels.width;
     const double cosine = 0.5 * (above + below);
     const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
@@ -118,6 +120,47 @@ SkyLight make_sky(const SkySpec& spec) {
     for (double& value : light) value *= brightness_of_plane / on_plane;
   sky.cells = MassTable(columns, rows, masses);
   return sky;
+}
+
+void check_directions(const Noise& noise, const SkyLight& sky) {
+  const Texture& texture = *noise.texture;
+  const auto pixels = static_cast<std::size_t>(texture.extents.cells_per_slice());
+  const double samples = static_cast<double>(texture.extents.num_cells());
+  std::vector<double> shares(sky.directions.size());
+  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s) {
+    const float* const slice = texture.slice(s);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const Vector direction{static_cast<double>(slice[i]), static_cast<double>(slice[pixels + i]),
+                             static_cast<double>(slice[2 * pixels + i])};
+      shares[sky.index(sky.cell_of(direction))] += 1 / samples;
+    }
+  }
+  // Squares of what is off, over the variance of a count and 1: a cell of which nothing is expected weighs little, as
+  // rounding may carry a direction over its edge. Directions of strata are off by less than independent ones.
+  double off = 0;
+  double by_chance = 0;
+  double worst = 0;
+  Texel place;
+  for (int y = 0; y < sky.cells.height(); ++y)
+    for (int x = 0; x < sky.cells.width(); ++x) {
+      const double mass = sky.cells.mass({x, y});
+      const double missed = shares[sky.index({x, y})] - mass;
+      const double square = samples * missed * missed / (mass + 1 / samples);
+      off += square;
+      by_chance += mass / (mass + 1 / samples);
+      if (square <= worst) continue;
+      worst = square;
+      place = {x, y};
+    }
+  if (off <= by_chance + 6 * std::sqrt(2 * by_chance)) return;
+  throw UserError(
+      "noise \"" + noise.spec.name + "\"",
+      fmt::format(
+          "has {:.3g} % of its directions in the cell in column {}, row {} (of {} x {}) of the sky, which holds "
+          "{:.3g} % of the light: it was made for another image than effects.sky.file, or for the same image "
+          "in another encoding",
+          100 * shares[sky.index(place)], place.x, place.y, sky.cells.width(), sky.cells.height(),
+          100 * sky.cells.mass(place)));
 }
 
 }  // namespace noiseloom::render

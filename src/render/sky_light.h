@@ -18,7 +18,8 @@ inline constexpr std::int64_t most_cells_of_sky = 64 * 16;
 struct SkyLight {
   MassTable cells;                           // by their brightness times their solid angle
   int fine_width = 1;                        // of the image: its texels are those of cells, not what cuts these
-  int fine_height = 1;                       // of its upper half
+  int fine_height = 1;                       // the rows of it that reach above the horizon
+  int image_height = 2;                      // of all of it
   std::vector<Vector> directions;            // [row][column], of the middles of cells
   std::vector<std::array<double, 3>> light;  // radiance times solid angle over pi
   std::vector<double> solid_angles;
@@ -31,5 +32,9 @@ struct SkyLight {
 };
 
 SkyLight make_sky(const SkySpec& spec);
+
+// Throws UserError unless the directions that a texture holds may have been drawn by the brightness of this sky: each
+// cell has its share of them, within what chance makes of independent ones.
+void check_directions(const Noise& noise, const SkyLight& sky);
 
 }  // namespace noiseloom::render

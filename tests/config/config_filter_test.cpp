@@ -33,6 +33,33 @@ TEST(ConfigFilter, BoxesLieAlongSliceAxesOfTheirGroup) {
   }
 }
 
+TEST(ConfigFilter, TilesAndTailsAreOfOrdersAlone) {
+  const std::string group = "run.toml:8: filter.groups[0].";
+  const auto of_order = [](const std::string& axes, const std::string& keys) {
+    ConfigText config;
+    config.combine = "combine = \"sum\"";
+    config.first = "{ axes = \"" + axes + "\", kernel = \"gauss-energy\", " + keys + " }";
+    config.second = "{ axes = \"t\", kernel = \"gauss-energy\" }";
+    config.energy = "";
+    config.optimizer = "method = \"void-and-cluster\"";
+    return faults_of(config.text());
+  };
+  EXPECT_THAT(of_order("xyt", "tiles = \"t\", tail = 0.01, tail_power = 2"), IsEmpty());
+  EXPECT_THAT(of_order("xy", "tiles = \"t\""), ElementsAre(group + "tiles = \"t\": axis \"t\" is none of the group's"));
+  EXPECT_THAT(of_order("xyt", "tiles = \"y\""), ElementsAre(group + "tiles = \"y\": axis \"y\" is no slice axis"));
+  EXPECT_THAT(of_order("xt", "tiles = \"t\""),
+              ElementsAre(group + "tiles = \"t\": the group must have x and y, whose edges the tiles share"));
+  EXPECT_THAT(of_order("xyt", "tiles = \"t\", box = \"t\", box_size = 2"),
+              ElementsAre(group + "tiles = \"t\": axis \"t\" is in box already"));
+  EXPECT_THAT(of_order("xyt", "tail_power = 2"),
+              ElementsAre(group + "tail_power = 2: is of a tail, but there is no tail"));
+  EXPECT_THAT(of_order("xyt", "tail = 2"), ElementsAre(HasSubstr("filter.groups[0].tail = 2")));
+  ConfigText annealed;
+  annealed.first = "{ axes = \"xy\", kernel = \"gauss-energy\", tail = 0.1 }";
+  EXPECT_THAT(faults_of(annealed.text()),
+              ElementsAre(group + "tail = 0.1: is for method = \"void-and-cluster\" alone"));
+}
+
 TEST(ConfigDifferences, NameEachKeyWithBothValues) {
   const std::string stored = to_toml(parsed(ConfigText{}.text()));
   const auto differences = [&](const std::vector<std::string>& overrides) {

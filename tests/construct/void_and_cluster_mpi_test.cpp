@@ -37,6 +37,21 @@ std::vector<VacSpec> specs() {
   all.push_back(stack);
   stack.groups[1].box_size = 100;  // all of them
   all.push_back(stack);
+  VacSpec tiles = vac_spec({11, 9, 4}, {{0, 1, 2}}, 1.2);
+  tiles.groups[0].tile_axes = {2};
+  all.push_back(tiles);
+  tiles = vac_spec({9, 11, 3, 4}, {{0, 1, 2, 3}, {2}}, 0.9);  // of each of three frames
+  tiles.groups[0].tile_axes = {3};
+  tiles.toroidal = {true, false, true, true};
+  tiles.density = 0.2;
+  all.push_back(tiles);
+  VacSpec tail = vac_spec({12, 9, 3}, {{0, 1}, {2}}, 0.8);
+  tail.groups[0].tail = 0.01;
+  all.push_back(tail);
+  tail.groups[0].tail_power = 0.7;
+  tail.groups[1].tail = 1;
+  tail.toroidal = {true, false, false};
+  all.push_back(tail);
   VacSpec open = vac_spec({5, 4, 7, 6}, {{0, 1}, {2, 3}});
   open.toroidal = {true, false, false, true};
   all.push_back(open);

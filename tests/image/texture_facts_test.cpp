@@ -91,6 +91,27 @@ TEST_F(OwnExports, AreChangedByOverrides) {
   EXPECT_EQ(config->problem.extents, config_.problem.extents);
 }
 
+// An image that was cropped keeps what it said of itself.
+TEST_F(OwnExports, ThatWereCroppedAreLookedAtAsTheyAre) {
+  for (const char* const layout : {"strip", "slices"}) {
+    SCOPED_TRACE(layout);
+    ImageJob job;
+    job.facts = {{"layout", layout}, {"slices", "0:2"}, {"range", "0:1"}};
+    job.facts.emplace_back("config", to_toml(small_config("uniform", "x = 8, y = 8, t = 2")));
+    job.block = {5, 5, 1, PixelType::uint8, {}, -1};
+    const std::vector<std::byte> bytes(25);
+    for (const char* const name : {"c_0.png", "c_1.png"})
+      write_image(folder_ / name, job, [&](int) { return std::span<const std::byte>(bytes); });
+    const std::string path = layout == std::string("strip") ? folder_ / "c_0.png" : folder_ / "c_{}.png";
+    const StoredTexture stored = load_stored_texture(path, std::nullopt, {});
+    EXPECT_FALSE(stored.config);
+    EXPECT_EQ(stored.texture.extents.num_cells(), layout == std::string("strip") ? 25 : 50);
+    EXPECT_THAT(stored.notes, testing::Contains(HasSubstr("cropped")));
+    EXPECT_EQ(suggested_extents(path, 1, {}), stored.texture.extents);
+    EXPECT_THAT(user_error_of([&] { load_texture(path, std::nullopt); }), HasSubstr("the config is that in the file"));
+  }
+}
+
 TEST_F(OwnExports, OfDensitiesAndFramesAreNoSamples) {
   ExportOptions density;
   density.output = "a.png";

@@ -206,6 +206,13 @@ CONFIGS = {
         'texture.size = { x = 19, y = 16, t = 7 }\nfilter.combine = "sum"\n'
         'filter.groups = [{ axes = "xy", kernel = "gauss-energy", sigma = 1.5 },\n'
         '                 { axes = "xyt", kernel = "gauss-energy", sigma = 1.5, box = "t", box_size = 3 }]\n' + ORDER,
+    "order, tiles":
+        'texture.size = { x = 17, y = 14, k = 5 }\n'
+        'filter.groups = [{ axes = "xyk", kernel = "gauss-energy", sigma = 1.5, tiles = "k" }]\n' + ORDER,
+    "order, with a tail":
+        'texture.size = { x = 21, y = 18, t = 3 }\nfilter.combine = "sum"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss-energy", sigma = 1.5, tail = 1e-3 },\n'
+        '                 { axes = "t", kernel = "gauss-energy", sigma = 0.8 }]\n' + ORDER,
     "nets":
         'texture.size = { x = 16, y = 8, t = 4 }\ntexture.samples = "sobol-owen"\n' + BOX_EMA + ANNEAL,
     "nets of scalars, constructed":
@@ -285,6 +292,8 @@ CHECKSUMS = {
     "densities of an image, onto the sphere": ("6bd4d7276bec34ed",),
     "densities of an image, onto the disk": ("65bb06f074a592c2",),
     "order, the sum of three slices in a row": ("c24f3b2cff84520b", "87f3e75751555459"),
+    "order, tiles": ("64f3e14da37fca17", "98eecc9c163ced50"),
+    "order, with a tail": ("a0c6fbd699ccfabf", "8f2f0b182456ab8d"),
     "nets": ("d512cc70a12dd67e",),
     "nets of scalars, constructed": ("0ef759e60d7a76d6",),
     "auto, constructed, annealed in the cold": ("7b1683df58176a13",),

@@ -1,5 +1,6 @@
 """fastnoise, stbn-scalar, stbn-vector: files and names as the published programs make them; and tools/gallery."""
 
+import fcntl
 import json
 import os
 import subprocess
@@ -38,6 +39,22 @@ class PublishedPrograms(ProgramTest):
         refused = self.run_program(*line, expect=2)
         self.assertIn("out/noise.png", refused.stderr)
         self.assertEqual((self.folder / "out/noise.png").read_bytes(), before)
+
+    def test_another_line_on_the_same_files_is_left_alone(self):
+        line = "fastnoise real Uniform Box 3 Box 1 Product 8 8 1 n -numsteps 5 --quiet".split()
+        config = self.write("n.unfinished.toml", self.run_program(*line, "-seed", 4, "--print-config").stdout)
+        before = config.read_text()
+        for words in (["-seed", 5], []):  # by its seed, and while it runs
+            with open(self.folder / "n.unfinished.toml.lock", "a") as lock:
+                if not words:
+                    fcntl.flock(lock, fcntl.LOCK_EX)
+                refused = self.run_program(*line, *words, expect=2)
+                self.assertIn("another line" if words else "another run is writing it", refused.stderr)
+            self.assertEqual(config.read_text(), before)
+        (self.folder / "n.unfinished.toml.lock").unlink(missing_ok=True)
+        self.run_program(*line)  # takes the seed of the first
+        self.assertEqual(self.names(), ["n.png"])
+        self.assertIn("seed = 4", " ".join(Image.open(self.folder / "n.png").text.values()))
 
     def test_start_and_floats_of_fastnoise(self):
         start = np.random.default_rng(3).random((2, 4, 8, 4), dtype=np.float32)

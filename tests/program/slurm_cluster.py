@@ -95,8 +95,17 @@ class Cluster:
         conf = self.folder / "slurm.conf"
         conf.write_text(CONF.format(host=socket.gethostname().split(".")[0], user=user, folder=self.folder, ports=free_ports(4)))
         # Both nodes are this machine, which need not reach itself by all of its addresses.
-        self.environment = {**os.environ, "SLURM_CONF": str(conf), "PATH": f"{BIN}:{os.environ['PATH']}:/usr/sbin:/sbin",
+        # Nor does it know of a job that the tests themselves may be part of.
+        outside = {name: value for name, value in os.environ.items() if not name.startswith("SLURM_")}
+        self.environment = {**outside, "SLURM_CONF": str(conf), "PATH": f"{BIN}:{os.environ['PATH']}:/usr/sbin:/sbin",
                             "OMPI_MCA_btl_tcp_if_include": "lo", "OMPI_MCA_oob_tcp_if_include": "lo"}
+        try:
+            self.start_daemons()
+        except BaseException:
+            self.close()
+            raise
+
+    def start_daemons(self):
         munge = [f"--{name}={self.folder}/{name}" for name in ("pid-file", "log-file", "seed-file")]
         self.start("munged", "munged", "-F", "--force", f"--key-file={self.folder}/key", f"--socket={self.folder}/munge", *munge)
         self.wait(lambda: (self.folder / "munge").exists(), "munged")

@@ -38,7 +38,6 @@ def has_pending(pid, number):
 class SlurmCluster(ProgramTest):
     @classmethod
     def setUpClass(cls):
-        cls.cluster = Cluster()
         cls.addClassCleanup(cls.cluster.close)
         cls.straight = cls.new_folder()
         subprocess.run([BIN / "noiseloom", "generate", "run.toml", "-o", "out.h5", "--quiet"], check=True, cwd=cls.straight)
@@ -147,5 +146,10 @@ class SlurmCluster(ProgramTest):
 if __name__ == "__main__":
     if missing := missing_commands():
         print(f"skipped: the job scripts under a real Slurm, as there is no {', '.join(missing)}", file=sys.stderr)
+        sys.exit(77)
+    try:
+        SlurmCluster.cluster = Cluster()
+    except (AssertionError, OSError, subprocess.SubprocessError) as error:
+        print(f"skipped: the job scripts under a real Slurm, as that which is installed does not start here:\n{error}", file=sys.stderr)
         sys.exit(77)
     main()

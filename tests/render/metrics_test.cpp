@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "render/flip.h"
@@ -59,6 +60,22 @@ TEST(Metrics, StructuralSimilarityIsThatOfItsDefinition) {
   const Image b = waves(17, 13, 3, 2);
   EXPECT_NEAR(structural_error(a, b, 1, Border::wrap, {}), slow_structural_error(a, b), 1e-5);
   EXPECT_NEAR(structural_error(a, a, 1, Border::wrap, {}), 0, 1e-6);
+}
+
+TEST(Metrics, ErrorsThatAreNoNumbersAreToldAndNoTableIsLeftOut) {
+  const Scene scene = scene_of(
+      "[image]\nwidth = 8\nheight = 8\nframes = 1\nrepeats = 1\noutputs = []\nmetrics = [\"unseen\"]\n[[noise]]\n"
+      "kind = \"white\"\n[effects.integrand]\n[effects.sparse]\nimportance = \"flat\"\n");
+  ThreadPool pool(1);
+  Result result = render(scene, noises_of(scene), pool);
+  EXPECT_EQ(results_text(result).find("integrand, share of pixels that no frame"), std::string::npos);
+  result.squares.assign(result.squares.size(), std::numeric_limits<double>::quiet_NaN());
+  EXPECT_NE(results_text(result).find("integrand, root of the mean squared error"), std::string::npos);
+  Noise wrong = mask(8, 8, 1);
+  Texture texture = *wrong.texture;
+  texture.values[5] = std::numeric_limits<float>::quiet_NaN();
+  wrong.texture = std::make_shared<const Texture>(std::move(texture));
+  EXPECT_THROW(render(scene, {wrong}, pool), UserError);
 }
 
 Image of_colour(float red, float green, float blue) {

@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <set>
 
+#include "noiseloom/core/error.h"
 #include "render/scene_support.h"
+#include "support/run_files.h"
 
 namespace noiseloom::render {
 namespace {
@@ -121,6 +124,19 @@ TEST(Noise, TexturesOfOtherConfigsAreKeptUnderOtherNames) {
   spec.seed = 2;
   EXPECT_NE(cached_texture(spec, "folder"), first);
   EXPECT_EQ(describe_noise(spec).numbers_in_value(), 1);
+}
+
+// What has no digests that do not fit is not a damaged texture: it may be anybody's.
+TEST(Noise, OnlyDamagedTexturesAreMadeAnew) {
+  const TemporaryFolder folder;
+  NoiseSpec spec;
+  spec.kind = NoiseKind::blue_2d;
+  spec.name = "blue-2d";
+  const std::string path = cached_texture(spec, folder / "noise");
+  std::filesystem::create_directories(path);
+  const auto refuse = [](const auto&...) { throw UserError("maker", "was asked"); };
+  EXPECT_THROW(open_noise(spec, folder / "noise", refuse), UserError);
+  EXPECT_TRUE(std::filesystem::exists(path));
 }
 
 }  // namespace

@@ -15,9 +15,13 @@
 #include "noiseloom/samples/luminance.h"
 #include "noiseloom/samples/sample_space.h"
 #include "noiseloom/samples/space.h"
+#include "support/sanitizers.h"
 
 namespace noiseloom {
 namespace {
+
+using testing_support::tried;
+using testing_support::under_sanitizers;
 
 constexpr ImageDomain all_domains[] = {ImageDomain::square, ImageDomain::disk, ImageDomain::sphere,
                                        ImageDomain::hemisphere};
@@ -107,7 +111,7 @@ TEST(ImageDensity, EachStratumHoldsItsOwnSampleWhereThereIsLight) {
       if (height == 1) const_cast<float&>(std::get<std::vector<float>>(spec.array->values)[0]) = 1;
       const auto space = space_of(spec);
       const auto channels = static_cast<std::size_t>(space->traits().channels);
-      for (const std::int64_t n : {1, 2, 3, 5, 101, 128 * 128}) {
+      for (const std::int64_t n : {1, 2, 3, 5, 101, under_sanitizers ? 1024 : 128 * 128}) {
         const std::vector<float> list = SampleSource(spec, n, 1, 5).list(0);
         ASSERT_EQ(list.size(), static_cast<std::size_t>(n) * channels);
         for (std::int64_t id = 0; id < n; ++id) {
@@ -153,6 +157,7 @@ TEST(ImageDensity, SamplesFollowTheDensity) {
     const auto space = space_of(spec);
     const auto channels = static_cast<std::size_t>(space->traits().channels);
     for (const int cells : {64, 1000}) {
+      if (under_sanitizers && cells == 1000) continue;
       // Cells by a coordinate and the angle or other coordinate, the same for samples and for the fine points.
       const int columns = cells == 64 ? 8 : 40;
       const int rows = cells / columns;
@@ -164,14 +169,14 @@ TEST(ImageDensity, SamplesFollowTheDensity) {
         return static_cast<std::size_t>(y * columns + x);
       };
       std::vector<double> expected(static_cast<std::size_t>(cells), 0);
-      constexpr int side = 1500;
+      constexpr int side = under_sanitizers ? 500 : 1500;
       for (int i = 0; i < side; ++i) {
         for (int k = 0; k < side; ++k) {
           const auto p = uniform_point(onto, (i + 0.5) / side, (k + 0.5) / side);
           expected[cell_of(p.data())] += space->density(p.data()) * measure_of(onto) / side / side;
         }
       }
-      constexpr std::int64_t n = 100'003;
+      constexpr std::int64_t n = tried(100'003);
       const std::vector<float> list = SampleSource(spec, n, 1, 3).list(0);
       std::vector<double> found(static_cast<std::size_t>(cells), 0);
       for (std::size_t i = 0; i < list.size(); i += channels) ++found[cell_of(&list[i])];
@@ -210,7 +215,7 @@ TEST(ImageDensity, WeightedMeansAreIntegralsOverTheSupport) {
     const SampleSpec spec = image(onto, 24, 48, values);
     const auto space = space_of(spec);
     const auto channels = static_cast<std::size_t>(space->traits().channels);
-    constexpr std::int64_t n = 1 << 17;
+    constexpr std::int64_t n = tried(1 << 17);
     const std::vector<float> list = SampleSource(spec, n, 1, 11).list(0);
     for (const Integrand f : integrands) {
       double sum = 0;
@@ -223,7 +228,7 @@ TEST(ImageDensity, WeightedMeansAreIntegralsOverTheSupport) {
         squares += value * value;
       }
       double exact = 0;
-      constexpr int side = 500;
+      constexpr int side = under_sanitizers ? 200 : 500;
       for (int i = 0; i < side; ++i) {
         for (int k = 0; k < side; ++k) {
           const auto p = uniform_point(onto, (i + 0.5) / side, (k + 0.5) / side);
@@ -283,7 +288,7 @@ TEST(ImageDensity, HoldsInFloatOnLargeImagesAndManyStrata) {
     const SampleSpec spec = image(onto, 4, 4096, values);
     const auto space = space_of(spec);
     const auto channels = static_cast<std::size_t>(space->traits().channels);
-    const std::vector<float> list = SampleSource(spec, 1 << 18, 1, 2).list(0);
+    const std::vector<float> list = SampleSource(spec, tried(1 << 18), 1, 2).list(0);
     for (std::size_t i = 0; i < list.size(); i += channels) ASSERT_GT(space->density(&list[i]), 0) << name_of(onto);
   }
 }

@@ -219,14 +219,15 @@ double mean_distance(const SampleSpec& spec, std::int64_t n) {
 }
 
 TEST(SampleSpace, MeanDistancesEqualClosedForms) {
-  const std::int64_t n = 1009;
-  EXPECT_NEAR(mean_distance(space("uniform"), n), 1.0 / 3, 1e-4);
-  EXPECT_NEAR(mean_distance(space("tent"), n), 7.0 / 30, 1e-4);
-  EXPECT_NEAR(mean_distance(space("gauss"), n), 2 / std::sqrt(math::pi), 2e-3);
-  EXPECT_NEAR(mean_distance(space("circle"), n), 0.25, 1e-4);
-  EXPECT_NEAR(mean_distance(space("disk"), n), 128 / (45 * math::pi), 2e-3);
-  EXPECT_NEAR(mean_distance(space("vector2"), n), (2 + std::sqrt(2.0) + 5 * std::asinh(1.0)) / 15, 1e-3);
-  EXPECT_NEAR(mean_distance(space("sphere"), n), math::pi / 2, 1e-3);
+  const std::int64_t n = testing_support::under_sanitizers ? 401 : 1009;
+  const double part = testing_support::under_sanitizers ? 6 : 1;  // of what strata leave, about 1 / n^2
+  EXPECT_NEAR(mean_distance(space("uniform"), n), 1.0 / 3, part * 1e-4);
+  EXPECT_NEAR(mean_distance(space("tent"), n), 7.0 / 30, part * 1e-4);
+  EXPECT_NEAR(mean_distance(space("gauss"), n), 2 / std::sqrt(math::pi), part * 2e-3);
+  EXPECT_NEAR(mean_distance(space("circle"), n), 0.25, part * 1e-4);
+  EXPECT_NEAR(mean_distance(space("disk"), n), 128 / (45 * math::pi), part * 2e-3);
+  EXPECT_NEAR(mean_distance(space("vector2"), n), (2 + std::sqrt(2.0) + 5 * std::asinh(1.0)) / 15, part * 1e-3);
+  EXPECT_NEAR(mean_distance(space("sphere"), n), math::pi / 2, part * 1e-3);
 }
 
 TEST(SampleSpace, PdfIntegratesToOne) {

@@ -105,6 +105,39 @@ class VoidAndClusterOracle {
     return static_cast<double>(with_both) / with_first;
   }
 
+  static bool has(const std::vector<int>& axes, std::size_t axis) {
+    return std::find(axes.begin(), axes.end(), static_cast<int>(axis)) != axes.end();
+  }
+  bool is_toroidal(std::size_t axis) const { return spec_.toroidal.empty() || spec_.toroidal[axis]; }
+
+  double tail_at(const std::vector<std::int64_t>& p, const std::vector<std::int64_t>& q, const VacGroup& group) const {
+    if (group.tail == 0) return 0;
+    double squared = 0;
+    for (std::size_t axis = 0; axis < p.size(); ++axis) {
+      if (!has(group.axes, axis) || has(group.box_axes, axis) || has(group.tile_axes, axis)) continue;
+      const std::int64_t d = std::abs(p[axis] - q[axis]);
+      const std::int64_t around = spec_.extents.size(static_cast<int>(axis)) - d;
+      const auto shortest = static_cast<double>(is_toroidal(axis) ? std::min(d, around) : d);
+      squared += shortest * shortest;
+    }
+    return group.tail / (group.tail + math::pow(squared, group.tail_power));
+  }
+  static bool is_another_tile(const std::vector<std::int64_t>& p, const std::vector<std::int64_t>& q,
+                              const VacGroup& group) {
+    return std::any_of(group.tile_axes.begin(), group.tile_axes.end(), [&](int axis) {
+      return p[static_cast<std::size_t>(axis)] != q[static_cast<std::size_t>(axis)];
+    });
+  }
+  // Whether the shortest way from p to q, of two the one with the larger coordinate, passes an edge in x or y.
+  bool crosses_an_edge(const std::vector<std::int64_t>& p, const std::vector<std::int64_t>& q) const {
+    for (const std::size_t axis : {0U, 1U}) {
+      const std::int64_t n = spec_.extents.size(static_cast<int>(axis));
+      const std::int64_t d = q[axis] - p[axis];
+      if (is_toroidal(axis) && (d > n / 2 || d < -((n - 1) / 2))) return true;
+    }
+    return false;
+  }
+
   void fill_weights() {
     weights_.assign(n_ * n_, 0);
     std::vector<std::int64_t> same_pixel(n_ * n_, 0);  // in how many groups
@@ -117,8 +150,7 @@ class VoidAndClusterOracle {
       const std::size_t num_axes = at[0].size();
       std::vector<std::vector<double>> gauss(num_axes);  // by |difference|
       for (std::size_t axis = 0; axis < num_axes; ++axis) {
-        const bool is_box =
-            std::find(group.box_axes.begin(), group.box_axes.end(), static_cast<int>(axis)) != group.box_axes.end();
+        const bool is_box = has(group.box_axes, axis);
         for (std::int64_t d = 0; d < spec_.extents.size(static_cast<int>(axis)); ++d) {
           gauss[axis].push_back(is_box ? in_box(axis, d, group.box_size)
                                        : along(static_cast<int>(axis), d, group.sigma_px));
@@ -127,9 +159,19 @@ class VoidAndClusterOracle {
       for (std::size_t p = 0; p < n_; ++p) {
         for (std::size_t q = 0; q < n_; ++q) {
           double product = p == q ? 0 : group.weight;
+          double round = 1;
           for (std::size_t axis = 0; axis < num_axes; ++axis) {
             const auto d = static_cast<std::size_t>(std::abs(at[p][axis] - at[q][axis]));
-            product *= in_group(axis) ? gauss[axis][d] : d == 0 ? 1 : 0;
+            if (has(group.tile_axes, axis)) continue;
+            const double factor = in_group(axis) ? gauss[axis][d] : d == 0 ? 1 : 0;
+            (in_group(axis) && !has(group.box_axes, axis) ? round : product) *= factor;
+          }
+          product *= std::max(round, tail_at(at[p], at[q], group));
+          if (!group.tile_axes.empty()) {
+            const bool crosses = crosses_an_edge(at[p], at[q]);
+            if (!crosses && is_another_tile(at[p], at[q], group)) product = 0;
+            for (const int axis : group.tile_axes)
+              product /= crosses ? static_cast<double>(spec_.extents.size(axis)) : 1;
           }
           if (product > 0 && is_same_pixel(at[p], at[q], group)) {
             ++same_pixel[p * n_ + q];
@@ -150,9 +192,7 @@ class VoidAndClusterOracle {
                             const VacGroup& group) {
     if (group.box_axes.empty()) return false;
     for (std::size_t axis = 0; axis < p.size(); ++axis) {
-      const bool box =
-          std::find(group.box_axes.begin(), group.box_axes.end(), static_cast<int>(axis)) != group.box_axes.end();
-      if (!box && p[axis] != q[axis]) return false;
+      if (!has(group.box_axes, axis) && p[axis] != q[axis]) return false;
     }
     return true;
   }

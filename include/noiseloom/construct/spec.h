@@ -48,7 +48,10 @@ struct VacGroup {
   double sigma_px = 1.9;
   std::vector<int> box_axes = {};  // those of `axes` along which the kernel is a box
   int box_size = 0;
-  double weight = 1;  // above 0, at most 1; the largest of all groups is 1
+  double weight = 1;                // above 0, at most 1; the largest of all groups is 1
+  std::vector<int> tile_axes = {};  // slice axes among `axes`, which then have x and y
+  double tail = 0;                  // [0, 1]; 0: none
+  double tail_power = 1;            // [0.5, 16]
 };
 
 struct VacSpec {

@@ -11,6 +11,17 @@
 // There the same pixel of another slice weighs as much as all other weights together: it is turned on only when all
 // pixels that no such slice has are, so that the members of a union are disjoint.
 //
+// A group may have a tail: then the product over its other axes than boxes is at least
+//
+//   tail / (tail + r^(2 p)), r^2 the sum of the squares of the shortest d_a,
+//
+// which still tells distances apart where the Gaussian is as good as 0, so that the first points keep far apart.
+//
+// Along the tile axes of a group every slice is one of N tiles, and any tile may lie beside any: the part of a pixel's
+// footprint beyond an edge of x or y lies on the far side of every tile, 1 / N of it on each, the pixel's own among
+// them. Inside, tiles do not act on each other. So K(d) is that of d without the tile axes, within a tile where the
+// shortest way passes no edge, and between any two tiles, over N, where it does.
+//
 // On a toroidal axis k_a is summed over all images of d, so a footprint larger than the axis folds and nothing changes
 // under a shift of the torus. Weights are fixed-point integers (construct/vac_kernel.h in src): energies never drift.
 //

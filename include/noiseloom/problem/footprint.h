@@ -25,7 +25,8 @@
 //   gauss_energy           F_g(d) = exp(-r^2 / 2 sigma^2) itself, r over all axes of the group, images on the torus
 //                          added up; left out where that is below 1e-6. F_g(0) = 1 on a wide torus.  [STBN22, eq. 4]
 //                          Along its box axes times the overlap of a box over that at 0, folded: (n - |d|) / n for
-//                          n = box_size, and 1 everywhere where the box is as long as the axis.
+//                          n = box_size, and 1 everywhere where the box is as long as the axis. Along tile axes there
+//                          is no filter: R is that of each tile repeated. Tails are not counted.
 #pragma once
 
 #include <array>

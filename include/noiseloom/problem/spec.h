@@ -22,6 +22,12 @@ struct KernelSpec {
   // taps instead: that of the sum of so many slices in a row, for every such run.
   std::vector<int> box_axes;
   int box_size = 0;
+  // gauss_energy, of void and cluster: the slices along these axes of the group are tiles that fit one another at every
+  // edge; and the energy has a tail, at least tail / (tail + r^(2 tail_power)) at distance r, in pixels. 0: no tail; a
+  // power of 1.
+  std::vector<int> tile_axes;
+  double tail = 0;
+  double tail_power = 0;
   double frames_per_second = 60;  // eye: of the display
   double pixels_per_degree = 40;  // eye: of the field of view
   int n = 2;                      // binomial: n + 1 taps per axis
@@ -38,6 +44,9 @@ struct GroupSpec {
 
   bool is_box_along(int axis) const {
     return std::find(kernel.box_axes.begin(), kernel.box_axes.end(), axis) != kernel.box_axes.end();
+  }
+  bool is_tile_along(int axis) const {
+    return std::find(kernel.tile_axes.begin(), kernel.tile_axes.end(), axis) != kernel.tile_axes.end();
   }
 };
 

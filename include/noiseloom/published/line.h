@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -17,11 +18,11 @@
 
 namespace noiseloom {
 
-// An array that the config names, and that is made from what the line names.
+// An array that the config names, and that is made from what the line names, once its size was checked.
 struct PublishedInput {
   std::string path;                 // .npy
   std::vector<std::int64_t> shape;  // last dimension fastest
-  std::vector<float> values;
+  std::function<std::vector<float>()> values;
 };
 
 // Options that the published programs do not have.
