@@ -18,7 +18,7 @@
 namespace noiseloom {
 namespace {
 
-constexpr std::string_view letters = "RGBA";
+constexpr std::string_view pack_letters = "RGBA";
 
 struct Source {
   std::string path;
@@ -53,7 +53,7 @@ class Packing {
   explicit Packing(const std::vector<Source>& sources) : sources_(sources) {}
 
   std::vector<Content> parse(const std::string& text) {
-    std::vector<std::optional<Content>> channels(letters.size());
+    std::vector<std::optional<Content>> channels(pack_letters.size());
     for (std::size_t at = 0; at <= text.size();) {
       const std::size_t end = std::min(text.find(',', at), text.size());
       parse_item(text.substr(at, end - at), channels);
@@ -84,11 +84,11 @@ class Packing {
   void parse_item(const std::string& item, std::vector<std::optional<Content>>& channels) {
     const std::size_t equals = item.find('=');
     const std::string left = item.substr(0, equals);
-    if (equals == std::string::npos || left.empty() || left.find_first_not_of(letters) != std::string::npos)
+    if (equals == std::string::npos || left.empty() || left.find_first_not_of(pack_letters) != std::string::npos)
       return fault(fmt::format("--pack {}: must be channels, =, and what they hold: RG=NAME, B=NAME.0, A=1", item));
     const std::vector<Content> contents = contents_of(item.substr(equals + 1), left, item);
     for (std::size_t i = 0; i < std::min(left.size(), contents.size()); ++i) {
-      std::optional<Content>& channel = channels[letters.find(left[i])];
+      std::optional<Content>& channel = channels[pack_letters.find(left[i])];
       if (channel) fault(fmt::format("--pack {}: {} is given twice", item, left[i]));
       channel = contents[i];
     }
@@ -171,7 +171,7 @@ ExportPlan plan_packed(const std::vector<Source>& sources, const std::vector<Con
 Facts packed_facts(const std::vector<Source>& sources, const std::vector<Content>& contents, bool integers) {
   Facts facts;
   for (std::size_t c = 0; c < contents.size(); ++c) {
-    const std::string letter(1, letters[c]);
+    const std::string letter(1, pack_letters[c]);
     if (contents[c].source < 0) {
       facts.emplace_back(letter, fmt::format("{}", contents[c].number));
       continue;

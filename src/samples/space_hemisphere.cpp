@@ -11,7 +11,7 @@
 namespace noiseloom {
 namespace {
 
-constexpr int height = 2;  // the channel of z
+constexpr int z_channel = 2;
 
 bool is_above(const float* sample) { return sample[2] > 0; }
 
@@ -24,7 +24,7 @@ BoxMap hemisphere_map() {
           .density = [](const float*) { return 0.5 / math::pi; },
           .share_below =
               [](int channel, double value) {
-                return channel == height ? std::clamp(value, 0.0, 1.0) : sphere_share_below(value);
+                return channel == z_channel ? std::clamp(value, 0.0, 1.0) : sphere_share_below(value);
               }};
 }
 
@@ -86,7 +86,7 @@ SpacePtr hemisphere_cosine_space() {
              .share_below =
                  [](int channel, double value) {
                    const double z = std::max(value, 0.0);
-                   return channel == height ? z * z : disk_share_below(value);
+                   return channel == z_channel ? z * z : disk_share_below(value);
                  }});
 }
 

@@ -69,7 +69,7 @@ TEST(TimeStrata, FitWhereTheyAreTight) {
     const Extents extents(sizes);
     for (int axis = 2; axis < extents.num_axes(); ++axis) {
       if (!fits_time_strata(extents, axis)) continue;
-      for (const std::uint64_t seed : {1, 2, 3}) {
+      for (const std::uint64_t seed : {1U, 2U, 3U}) {
         SCOPED_TRACE(extents.to_string());
         expect_strata(time_strata(extents, filter, axis, 1, seed), extents, axis);
       }

@@ -148,7 +148,8 @@ TEST(OwnFacts, ThatMakeNoSenseAreTold) {
   }
   for (const char* const slices : {"", "1", "2:1", "0:x", "-1:1"}) {
     job.facts[1].second = slices;
-    EXPECT_FALSE(config_in_images(write(fmt::format("c{}.png", std::string(slices).size() * 7 + slices[0])), {}));
+    EXPECT_FALSE(config_in_images(
+        write(fmt::format("c{}.png", std::string(slices).size() * 7 + static_cast<unsigned char>(slices[0]))), {}));
   }
 }
 
