@@ -111,16 +111,31 @@ void make_ready(const Bank& bank, const BankOptions& options) {
   prepare_bank(bank, folder, options.resume, options.overwrite);
 }
 
-int conclude_bank(const Bank& bank, const BankOptions& options, bool stopped) {
+// `failed`: the exit status of what failed, else 0.
+int conclude_bank(const Bank& bank, const BankOptions& options, bool stopped, int failed) {
   const auto [done, all] = count_done(bank, options.request.folder);
   const std::string index = options.request.folder + "/index.csv";
-  if (!options.pack.empty() && done == all) pack_bank(bank, options.request.folder, options.pack);
-  const std::string rest =
-      stopped ? "; stopped, go on with --resume" : (done < all ? "; the others are held by other processes" : "");
+  std::string rest;
+  int status = failed;
+  if (done < all) {
+    rest = failed != exit_done ? "; others failed" : "; the others are held by other processes, go on with --resume";
+    if (stopped) rest = "; stopped, go on with --resume";
+    if (!options.pack.empty()) rest += "; no pack was made";
+    if (stopped || failed == exit_done) status = exit_stopped;
+  } else if (!options.pack.empty()) {
+    pack_bank(bank, options.request.folder, options.pack);
+  }
   print_result(options.result, fmt::format("{} of {} members done: {}{}\n", done, all, index, rest),
                json_object({{"index", index}, {"done", done}, {"members", all}}) + "\n");
   flush_standard_output();
-  return stopped ? exit_stopped : exit_done;
+  return status;
+}
+
+int status_of(const std::vector<BankFault>& faults) {
+  if (faults.empty()) return exit_done;
+  const bool all_users =
+      std::all_of(faults.begin(), faults.end(), [](const BankFault& fault) { return fault.is_users; });
+  return all_users ? exit_user : exit_environment;
 }
 
 int work_under_mpi(const Communicator& communicator, int argc, char** argv) {
@@ -140,8 +155,14 @@ int work_under_mpi(const Communicator& communicator, int argc, char** argv) {
       bank, options.request, communicator,
       [&](const std::vector<std::pair<std::string, std::string>>& labels) { say_member(options.result, labels); },
       [](const std::string& line) { print_error("WARNING: " + line + "\n"); });
-  if (options.worker_threads > 0 || !communicator.is_root()) return result.stopped ? exit_stopped : exit_done;
-  return conclude_bank(bank, options, result.stopped);
+  const int failed = status_of(result.faults);
+  if (options.worker_threads > 0) return result.stopped ? exit_stopped : failed;  // it has said what failed
+  int ends_with = exit_done;
+  communicator.on_root([&] {
+    for (const BankFault& fault : result.faults) print_error(fmt::format("noiseloom bank: {}\n", fault.words));
+    ends_with = conclude_bank(bank, options, result.stopped, failed);
+  });
+  return static_cast<int>(communicator.broadcast(ends_with));
 }
 
 int run_bank_under_mpi(int& argc, char**& argv) {
@@ -245,19 +266,18 @@ int run_bank_alone(int argc, char** argv) {
     flush_standard_output();
     return *status;
   }
+  StopSignals signals;
   const Bank bank = load_bank(options.bank, options.overrides);
   make_ready(bank, options);
   const int threads = options.threads > 0 ? options.threads : num_available_processors();
   const int workers =
       std::clamp<int>(static_cast<int>(std::min<std::size_t>(bank.members.size(), most_bank_threads)), 1, threads);
-  StopSignals signals;
   std::vector<pid_t> started;
   for (int worker = 0; worker < workers; ++worker) {
     started.push_back(start_worker(argc, argv, std::max(1, threads / workers), signals.mask_before()));
   }
   const WorkersEnd end = wait_for_workers(std::move(started), signals);
-  if (end.worst != exit_done) return end.worst;
-  return conclude_bank(bank, options, end.stopped);
+  return conclude_bank(bank, options, end.stopped, end.worst);
 }
 
 }  // namespace

@@ -231,7 +231,10 @@ Bank load_bank(const std::string& path, const std::vector<std::string>& override
   std::set<std::string> told;
   std::set<std::string> names;
   for (BankMember& member : bank.members) {
-    if (!names.insert(member.name).second) member.name += fmt::format("_{}", names.size());
+    const std::string name = member.name;
+    for (std::size_t number = names.size(); !names.insert(member.name).second; ++number) {
+      member.name = fmt::format("{}_{}", name, number);
+    }
     try {
       const std::string text = to_toml(load_config(bank.base, member.overrides));
       member.config = to_hex(digest_of(std::as_bytes(std::span(text))));

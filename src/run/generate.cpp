@@ -16,6 +16,7 @@
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/parallel.h"
 #include "noiseloom/core/quantity_text.h"
+#include "noiseloom/dist/activity.h"
 #include "noiseloom/files/output_probe.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom/run/job.h"
@@ -301,6 +302,12 @@ std::vector<std::pair<std::string, std::string>> Generation::summary(const std::
   return lines;
 }
 
+// A start is no step. But once steps are counted, as in a bank after its first member, a long start must not look like
+// none being made.
+void note_start_goes_on() {
+  if (num_steps_noted() > 0) note_step();
+}
+
 GenerateResult Generation::run() {
   const Watchdog watchdog(
       communicator_, request_.watch, [this](const std::string& line) { progress_.warn(line); },
@@ -311,12 +318,16 @@ GenerateResult Generation::run() {
     result.held = true;
     return result;
   }
+  note_start_goes_on();
   take_inputs();
+  note_start_goes_on();
   if (asked_to_stop()) return stopped_before_start();
   take_up();
   if (asked_to_stop()) return stopped_before_start();
   if (!resumed_) probe();
+  note_start_goes_on();
   begin();
+  note_start_goes_on();
   if (resumed_ && !job_->finished()) probe();
   std::string checksum = stored_checksum_;
   // A run may be over as it starts, where nothing can be swapped; only a resumed one is saved already.

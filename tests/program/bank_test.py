@@ -90,14 +90,18 @@ class Bank(ProgramTest):
         expected = self.checksums()
         (self.folder / "made").rename(self.folder / "straight")
         made = {}
+        between = 0
         for attempt in range(6):
-            process = subprocess.Popen(self.command("bank", "bank.toml", "-o", "made", "--resume", "--quiet", "--threads", "2"),
-                                       cwd=self.folder)
-            time.sleep(0.15 + 0.07 * attempt)
+            process = subprocess.Popen(self.command("bank", "bank.toml", "-o", "made", "--resume", "--threads", "2"),
+                                       cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+            for _ in range(1 + attempt % 2):
+                process.stderr.readline()  # one member more is done
             process.send_signal(signal.SIGKILL)
             process.wait()
-            if not (self.folder / "made" / "index.csv").exists():
-                continue
+            process.stderr.close()
+            done = sum(row["state"] == "done" for row in self.index(after_kill=True))
+            self.assertGreater(done, 0)
+            between += done < 12
             for row in self.index(after_kill=True):
                 path = self.folder / "made" / f"{row['name']}.h5"
                 if row["state"] != "done":
@@ -105,6 +109,7 @@ class Bank(ProgramTest):
                 self.assertEqual(row["checksum"], expected[row["name"]])
                 # The file of a member that is done is never written again.
                 self.assertEqual(made.setdefault(row["name"], path.stat().st_mtime_ns), path.stat().st_mtime_ns)
+        self.assertGreater(between, 0, "no kill fell between the first member and the last one")
         self.bank("--resume", "--quiet")
         self.assertEqual(self.checksums(), expected)
         for name, changed in made.items():
@@ -127,7 +132,9 @@ class Bank(ProgramTest):
         self.bank(*long, "--time-limit", "0.3s", "--quiet", expect=75)
         self.assertIn("begun", {row["state"] for row in self.index()})
         process = subprocess.Popen(self.command("bank", "bank.toml", "-o", "made", "--resume", "--quiet", *long), cwd=self.folder)
-        time.sleep(0.7)
+        while not list((self.folder / "made").glob("seed*.lock")):
+            self.assertIsNone(process.poll())
+            time.sleep(0.02)
         process.send_signal(signal.SIGUSR1)
         self.assertEqual(process.wait(timeout=60), 75)
         self.assertEqual([name for name in os.listdir(self.folder / "made") if "tmp" in name or "lock" in name], [])
@@ -180,6 +187,57 @@ class Bank(ProgramTest):
             self.assertIn("seed3.h5: another run is writing it", self.bank("--overwrite", expect=2).stderr)
             self.assertEqual(self.contents(), before)
         self.bank("--overwrite", "--quiet")
+
+    def test_what_others_hold_is_not_done(self):
+        self.write("bank.toml", SEEDS % 3)
+        (self.folder / "made").mkdir()
+        with open(self.folder / "made" / "seed1.h5.lock", "w") as held:
+            fcntl.flock(held, fcntl.LOCK_EX)
+            for ranks in (None, 2):
+                done = self.bank("--resume", "--pack-into", "all.h5", "--time-limit", "2s", ranks=ranks, expect=75)
+                self.assertIn("2 of 3 members done", done.stdout)
+                self.assertIn("no pack was made", done.stdout)
+        self.bank("--resume", "--pack-into", "all.h5")
+        self.assertTrue((self.folder / "all.h5").exists())
+
+    def test_what_others_let_go_of_is_made(self):
+        self.write("bank.toml", SEEDS % 3)
+        (self.folder / "made").mkdir()
+        held = open(self.folder / "made" / "seed1.h5.lock", "w")
+        fcntl.flock(held, fcntl.LOCK_EX)
+        process = subprocess.Popen(self.command("bank", "bank.toml", "-o", "made", "--resume", "--threads", "1"), cwd=self.folder,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        for line in process.stderr:
+            if line.startswith("2 of 3 done"):
+                break
+        held.close()
+        rest = process.stderr.read()
+        process.stderr.close()
+        self.assertEqual(process.wait(timeout=60), 0, rest)
+        self.assertIn("3 of 3 done: seed1", rest)
+
+    def test_a_member_that_fails_is_left_out(self):
+        self.write("bank.toml", SEEDS % 4)
+        for folder in ("made/seed1.h5", "made/seed3.h5"):
+            (self.folder / folder).mkdir(parents=True)
+        for ranks in (2, None):
+            done = self.bank("--resume", "--pack-into", "all.h5", ranks=ranks, expect=2)
+            self.assertIn("seed1: made/seed1.h5: is a folder", done.stderr)
+            self.assertIn("seed3: made/seed3.h5: is a folder", done.stderr)
+            self.assertIn("2 of 4 members done: made/index.csv; others failed; no pack was made", done.stdout)
+
+    def test_members_that_do_not_fit_into_a_pack_are_said_on_ranks(self):
+        self.write("bank.toml", 'base = "base.toml"\n[vary]\n"texture.size.t" = [3, 4]\n')
+        self.assertIn("not packed into one array", self.bank("--pack-into", "all.h5", ranks=2, expect=2).stderr)
+
+    def test_a_rank_that_fails_alone_ends_all(self):
+        self.write("bank.toml", SEEDS % 2)
+        starve = self.write("starve.sh", '[ "$OMPI_COMM_WORLD_RANK" != 1 ] || ulimit -v 300000\nexec "$@"\n')
+        command = self.command("bank", "bank.toml", "-o", "made", "--ranks-per-member", "2", "--set",
+                               "texture.size={x=2048,y=2048,t=8}", ranks=2)
+        command[3:3] = ["bash", str(starve)]
+        done = subprocess.run(command, capture_output=True, text=True, cwd=self.folder, timeout=60)
+        self.assertNotEqual(done.returncode, 0, done.stderr)
 
     def test_only_locks_of_the_dead_are_removed(self):
         self.write("bank.toml", SEEDS % 3)

@@ -77,6 +77,7 @@ class Install(ProgramTest):
             self.assertIn(f"\n.SS {command}\n", page)
             self.assertIn(self.run_program(command, "--help").stdout, plain)
         self.assertIn(self.run_program("--help-config").stdout, plain)
+        self.assertIn(self.run_program("bank", "--help-bank").stdout, plain)
         requests = {line.split()[0] for line in page.splitlines() if line.startswith((".", "'"))}
         self.assertEqual(requests, {".TH", ".SH", ".SS", ".nf", ".fi"})
         pages = {path.stem for path in (self.prefix / "share/man/man1").iterdir()}

@@ -8,7 +8,7 @@ import time
 from support import SOURCE, ProgramTest, main
 
 # The k-th call takes its status from the k-th word of STATUSES (the last one from then on); "signal" waits for USR1 and
-# ends with 75. "save:9" changes the output first.
+# ends with 75. "save:9" changes the output, or the file SAVED, first.
 SRUN = """#!/usr/bin/env bash
 echo "$SRUN_CPUS_PER_TASK $*" >> calls
 read -ra statuses <<< "$STATUSES"
@@ -20,7 +20,7 @@ if [ "$word" = signal ]; then
   touch waiting
   while :; do sleep 0.05; done
 fi
-case $word in save:*) date +%N >> out.h5 ;; esac
+case $word in save:*) date +%N >> "${SAVED:-out.h5}" ;; esac
 exit "${word#save:}"
 """
 SCONTROL = '#!/usr/bin/env bash\necho "$*" >> requeued\n'
@@ -72,6 +72,17 @@ class Slurm(ProgramTest):
         for status in ("save:137", "save:75"):
             for restarts in range(6):
                 self.assertEqual(self.job(status, SLURM_RESTART_COUNT=str(restarts)), (0, 1, True))
+
+    def test_a_bank_has_saved_something_wherever_it_came_further(self):
+        made = self.folder / "made"
+        made.mkdir()
+        self.write("made/index.csv", "".join(f"seed{seed},begun,,0.5,0123456789abcdef,0123456789abcdef,{seed}\n" for seed in range(2000)))
+        self.write("made/seed7.h5", "begun")
+        bank = {"BANK": "bank.toml", "OUTPUT": "made"}
+        for saved in ("made/seed7.h5", "made/seed8.h5", "made/index.csv"):  # within a member, a new one, far down the index
+            for _ in range(2):
+                self.assertEqual(self.job("save:137", **bank, SAVED=saved, MAX_RESTARTS="0"), (0, 1, True), saved)
+        self.assertEqual(self.job("137", **bank, MAX_RESTARTS="0"), (137, 1, False))
 
     def test_jobs_in_a_row_that_save_nothing_come_to_an_end(self):
         for status in (137, 75):

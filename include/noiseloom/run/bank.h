@@ -51,16 +51,28 @@ struct BankRequest {
 // nothing is removed, where another process works on one.
 void prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool overwrite);
 
-struct BankResult {
-  bool stopped = false;   // by a signal or the time limit: there is more to do
-  std::int64_t made = 0;  // by the caller's ranks
+// Why a member was not made: the user's fault, or that of the surroundings. Begins with the member's name.
+struct BankFault {
+  bool is_users = false;
+  std::string words;
 };
 
-// Works until no member is left to take. `say` is told of every member that is done, on the rank that leads its group;
-// its arguments are label and text, as in the summary of generate(). Throws as generate() does. *Collective*
+struct BankResult {
+  bool stopped = false;           // by a signal or the time limit: there is more to do
+  bool gave_up = false;           // on a rank whose group failed at several members in a row
+  std::int64_t made = 0;          // by the caller's ranks
+  std::vector<BankFault> faults;  // of all ranks
+};
+
+// Works until no member is left to take: what others hold is tried again, until they have made none for some seconds. A
+// member that fails is left out. `say` is told of every member that is done, on the rank that leads its group; its
+// arguments are label and text, as in the summary of generate(). `warn` is told at once of what fails. Throws
+// SharedUserError and SharedEnvironmentError, where the folder or its index cannot be used, on every rank; for anything
+// else that is thrown the caller must abort all. *Collective*
 using SayMember = std::function<void(const std::vector<std::pair<std::string, std::string>>&)>;
+using Warn = std::function<void(const std::string&)>;
 BankResult work_on_bank(const Bank& bank, const BankRequest& request, const Communicator& communicator,
-                        const SayMember& say, const std::function<void(const std::string&)>& warn);
+                        const SayMember& say, const Warn& warn);
 
 // Before anything is made or removed: throws UserError where `path` is a file of the bank itself, or is there and
 // `overwrite` is not set, or is something else than a pack.
