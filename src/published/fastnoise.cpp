@@ -194,7 +194,7 @@ PublishedInput read_init(const FastLine& line) {
   for (std::size_t texel = 0; texel < texel_numbers.size(); texel += numbers_of_a_texel)
     values.insert(values.end(), texel_numbers.begin() + static_cast<std::ptrdiff_t>(texel),
                   texel_numbers.begin() + static_cast<std::ptrdiff_t>(texel + channels));
-  input.values = [values = std::move(values)] { return values; };
+  input.values = [taken = std::move(values)] { return taken; };
   return input;
 }
 
