@@ -195,6 +195,8 @@ class Job:
         self.cluster.wait((self.folder / output).exists, f"{output}; {self.said()}")
         ranks = self.ranks()
         self.send(ranks, signal.SIGSTOP)
+        if not ranks or "stopped by" in self.said():
+            raise AssertionError(f"the run was over before it could be held: it needs more iterations\n{self.said()}")
         return ranks
 
     def send(self, ranks, number):

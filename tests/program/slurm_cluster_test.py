@@ -22,7 +22,7 @@ combine = "product"
 groups  = [ { axes = "xy", kernel = "box", size = 3 }, { axes = "t", kernel = "box", size = 3 } ]
 [optimizer]
 method = "anneal"
-stop = { iterations = 4000 }
+stop = { iterations = 30000 }
 """
 TWO_NODES = ("-N", "2", "--ntasks-per-node=1")
 ONE_NODE = ("-N", "1", "--ntasks-per-node=2")
@@ -67,7 +67,7 @@ class SlurmCluster(ProgramTest):
     @classmethod
     def submit_in(cls, folder, *options, **variables):
         return Job(cls.cluster, folder, SOURCE / "slurm" / "generate.sbatch", *options, CONFIG="run.toml", OUTPUT="out.h5",
-                   CHECKPOINT_EVERY="0.2s", **variables)
+                   CHECKPOINT_EVERY="0.1s", **variables)
 
     def ends_well(self, job, restarts=1):
         self.assertEqual(job.wait_for_end(), "COMPLETED", job.said())
@@ -106,7 +106,7 @@ class SlurmCluster(ProgramTest):
 
     def test_an_array_of_jobs_shares_a_bank(self):
         self.write("bank.toml", 'base = "run.toml"\n[vary]\n"texture.seed" = "1:6"\n')
-        self.write("run.toml", CONFIG.replace("4000", "200"))
+        self.write("run.toml", CONFIG.replace("30000", "200"))
         job = Job(self.cluster, self.folder, SOURCE / "slurm" / "generate.sbatch", "-x", "n3", "--array=1-2", *TWO_NODES,
                   BANK="bank.toml", OUTPUT="made")
         self.assertEqual(job.wait_for_end(), "COMPLETED", job.said())
