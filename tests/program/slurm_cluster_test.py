@@ -1,6 +1,7 @@
 """The job scripts under a real Slurm of three nodes: what its time limit, cancelling, lost ranks and lost nodes leave of a run.
 
-Skipped where Slurm is not installed (tools/setup installs it)."""
+Skipped where Slurm is not installed (tools/setup --all installs it), and outside of tools/test --all: on a busy machine one of
+its seven tests may fail, as what it holds and kills goes on by a clock of its own."""
 
 import os
 import pathlib
@@ -11,7 +12,7 @@ import sys
 import tempfile
 
 from slurm_cluster import Cluster, Job, missing_commands
-from support import BIN, SOURCE, ProgramTest, main
+from support import BIN, SOURCE, THOROUGH, ProgramTest, main
 
 CONFIG = """
 [texture]
@@ -76,7 +77,8 @@ class SlurmCluster(ProgramTest):
         self.has_the_bytes()
 
     def has_the_bytes(self):
-        self.assertEqual(self.samples_checksum("out.h5"), self.samples_checksum(self.straight / "out.h5"))
+        expected = self.samples_checksum(self.straight / "out.h5")
+        self.cluster.wait(lambda: self.samples_checksum("out.h5") == expected, "the bytes of the undisturbed run", 20)
         self.assertEqual([path.name for path in self.folder.glob("out.h5?*") if path.suffix != ".log"], [])
 
     def test_a_rank_that_is_killed(self):
@@ -144,6 +146,9 @@ class SlurmCluster(ProgramTest):
 
 
 if __name__ == "__main__":
+    if not THOROUGH and len(sys.argv) == 1:
+        print("skipped: the job scripts under a real Slurm, which tools/test --all tries", file=sys.stderr)
+        sys.exit(77)
     if missing := missing_commands():
         print(f"skipped: the job scripts under a real Slurm, as there is no {', '.join(missing)}", file=sys.stderr)
         sys.exit(77)
