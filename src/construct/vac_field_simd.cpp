@@ -86,8 +86,7 @@ template <class A>
 HWY_INLINE void add_any(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
                         std::uint64_t position) {
   const VacLayout::Coord at = layout.coord(position);
-  const bool near_edge = group.reaches_an_edge(at[0], layout.size[0], at[1], layout.size[1]);
-  if (group.edges == VacEdges::cross && !near_edge) return;
+  if (group.edges == VacEdges::cross && !group.reaches_an_edge(at[0], layout.size[0], at[1], layout.size[1])) return;
   for (const VacRow& row : group.rows) {
     std::int64_t y = at[1];
     bool crosses = false;
@@ -107,8 +106,7 @@ HWY_INLINE void add_any(const VacLayout& layout, const VacGroupKernel& group, st
     }
     if (!inside || !layout.has_slice(slice)) continue;
     std::uint32_t* const words = data + (slice - layout.slice_begin) * layout.slice_words + y * layout.size[0];
-    const bool part = group.edges != VacEdges::pass;
-    if (!part || (crosses && group.edges == VacEdges::cross)) {
+    if (group.edges == VacEdges::pass || (crosses && group.edges == VacEdges::cross)) {
       add_row(layout, row, group.weights.data(), add, at[0], words);
     } else if (group.edges == VacEdges::cross && layout.toroidal[0]) {
       rows::HWY_NAMESPACE::add_row_past_ends(layout.size[0], row.lo, row.hi, group.weights.data() + row.first, add,

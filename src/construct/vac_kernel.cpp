@@ -75,7 +75,7 @@ struct GroupAxes {
   VacEdges edges = VacEdges::pass;
 };
 
-// Of a group with tile axes there are two: within a tile, without those axes; and from a tile to the others.
+// Of a group with tile axes there are two: within a tile, without those axes; and from a tile to all tiles.
 GroupAxes group_axes(const VacSpec& spec, const VacGroup& group, VacEdges edges) {
   GroupAxes result;
   result.weight = group.weight;
