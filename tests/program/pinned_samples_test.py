@@ -158,6 +158,10 @@ CONFIGS = {
     "order over one group of three axes":
         'texture.size = { x = 11, y = 13, t = 7 }\n'
         'filter.groups = [{ axes = "xyt", kernel = "gauss-energy", sigma = 1.5 }]\n' + ORDER,
+    "order, vector3 along a Hilbert curve":
+        'texture.size = { x = 14, y = 9, t = 5 }\ntexture.samples = "vector3"\nfilter.combine = "sum"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss-energy" }, { axes = "t", kernel = "gauss-energy" }]\n'
+        'optimizer.curve = "hilbert"\noptimizer.equalize = "slice"\n' + ORDER,
     # Construction: every kernel, product and sum, slice axes, samples.
     "construct, uniform, gauss x ema":
         'texture.size = { x = 33, y = 29, t = 9 }\n'
