@@ -54,7 +54,7 @@ class RenderTest(support.ProgramTest):
             if not one["on"]:
                 self.assertEqual(set(one["counted"].values()), {0}, one["name"])
         self.assertEqual([one["name"] for one in plan["passes"] if not one["on"]],
-                         ["picture", "density", "light", "columns", "flights", "primary hits", "edge weights",
+                         ["picture", "density", "light", "columns", "flights", "mesh", "mesh shares", "primary hits", "edge weights",
                           "kernel", "importance", "sky light", "predictions", "moving hits", "seeds", "dither",
                           "transparency", "free-flight", "ray-march", "ambient-occlusion", "soft-shadow", "sky",
                           "convolution", "sparse", "histories", "samples so far", "spectra", "pictures"])

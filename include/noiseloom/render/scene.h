@@ -86,6 +86,20 @@ struct RayMarchSpec {
   int steps = 4;
 };
 
+// What rests on the plane, in the order of the words of object.shape, and which axis of its file points upward.
+enum class ObjectShape { sphere, mesh };
+enum class UpAxis { y, z };
+
+struct ObjectSpec {
+  ObjectShape shape = ObjectShape::sphere;
+  std::string file = {};  // mesh
+  double size = 2;        // mesh: its largest extent; the sphere's is 2
+  UpAxis up = UpAxis::y;
+  double turn = 0;   // degrees about the vertical
+  int truth = 1024;  // directions of each pixel of which the truth is the mean
+  bool is_mesh() const { return shape == ObjectShape::mesh; }
+};
+
 struct OcclusionSpec {
   bool on = false;
   int samples = 1;
@@ -199,6 +213,7 @@ struct Scene {
   VolumeSpec volume;
   FreeFlightSpec free_flight;
   RayMarchSpec ray_march;
+  ObjectSpec object;
   OcclusionSpec occlusion;
   ShadowSpec shadow;
   SkySpec sky;
