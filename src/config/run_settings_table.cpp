@@ -97,7 +97,8 @@ std::vector<Setting> rows() {
       {.key = "optimizer.method",
        .type = Type::word,
        .sentence =
-           "The algorithm. void-and-cluster needs samples \"uniform\" or a curve, and gauss-energy kernels, and combine "
+           "The algorithm. void-and-cluster needs samples \"uniform\" or a curve, and gauss-energy kernels, and "
+           "combine "
            "\"sum\" where there are several groups; construct needs samples of one channel, and anneals what it "
            "has made where there is a stop rule.",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.method; },

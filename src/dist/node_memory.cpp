@@ -20,7 +20,7 @@ namespace {
 std::string fresh_name() {
   std::array<std::uint64_t, 2> random{};
   if (getrandom(random.data(), sizeof random, 0) != static_cast<ssize_t>(sizeof random)) return "";
-  return fmt::format("/noiseloom-{:016x}{:016x}", random[0], random[1]);
+  return fmt::format("/noiseloom-node-{:016x}{:016x}", random[0], random[1]);
 }
 
 class Mapping {

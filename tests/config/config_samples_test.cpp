@@ -135,7 +135,8 @@ TEST(ConfigCurve, FaultsSayWhatItIsFor) {
                   "they are uniform"));
   text.samples = "samples = \"vector3\"";
   text.optimizer = "method = \"anneal\"\ncurve = \"hilbert\"";
-  EXPECT_THAT(faults_of(text.text()), ElementsAre(HasSubstr("applies only with method = \"construct\", \"auto\" or \"void-and-cluster\"")));
+  EXPECT_THAT(faults_of(text.text()),
+              ElementsAre(HasSubstr("applies only with method = \"construct\", \"auto\" or \"void-and-cluster\"")));
   text.optimizer = "curve = \"hilber\"";
   EXPECT_THAT(faults_of(text.text()), ElementsAre(HasSubstr("did you mean \"hilbert\"?")));
 }
@@ -146,13 +147,14 @@ TEST(ConfigCurve, DealsOutTheSamplesOfEachSliceByTheOrderOfVoidAndCluster) {
   text.second = "{ axes = \"t\", kernel = \"gauss-energy\" }";
   text.combine = "combine = \"sum\"";
   text.samples = "samples = \"vector2\"";
+  text.energy = "";
   text.optimizer = "method = \"void-and-cluster\"\ncurve = \"morton\"\nequalize = \"slice\"";
   const RunConfig config = parsed(text.text());
   EXPECT_EQ(config.problem.samples.curve, Curve::morton);
   EXPECT_EQ(to_toml(parsed(to_toml(config))), to_toml(config));
   text.optimizer = "method = \"void-and-cluster\"\ncurve = \"morton\"\nbits = 8";
-  EXPECT_THAT(faults_of(text.text()),
-              UnorderedElementsAre(HasSubstr("add equalize = \"slice\""), HasSubstr("optimizer.bits = 8: is for scalars")));
+  EXPECT_THAT(faults_of(text.text()), UnorderedElementsAre(HasSubstr("add equalize = \"slice\""),
+                                                           HasSubstr("optimizer.bits = 8: is for scalars")));
   text.optimizer = "method = \"void-and-cluster\"";
   EXPECT_THAT(faults_of(text.text()), ElementsAre(HasSubstr("along a curve (optimizer.curve)")));
 }

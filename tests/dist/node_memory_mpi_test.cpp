@@ -34,12 +34,14 @@ TEST(NodeMemory, IsFilledByOneRankOfANodeAndReadByAll) {
   const bool one_node = world.ranks_on_node() == world.size();
   std::error_code none;
   const bool shares = std::filesystem::space("/dev/shm", none).available > 1'000'000 && access("/dev/shm", W_OK) == 0;
-  if (one_node && shares) EXPECT_EQ(fillers, 1);
+  if (one_node && shares) {
+    EXPECT_EQ(fillers, 1);
+  }
   world.barrier();
   // Nothing stays behind that would outlive the run. Other runs' names stand there for an instant.
   const auto names_left = [&] {
     for (const auto& entry : std::filesystem::directory_iterator("/dev/shm", none)) {
-      if (entry.path().filename().string().starts_with("noiseloom-")) return true;
+      if (entry.path().filename().string().starts_with("noiseloom-node-")) return true;
     }
     return false;
   };

@@ -283,6 +283,7 @@ CHECKSUMS = {
     "order, sum over one slice axis, bits, equal slices": ("b3309b481c532874", "cb32a6c5524dc9db",),
     "order over two slice axes, bounded, other density": ("0473bd13bfcacc5d", "204e2af5001936e6",),
     "order over one group of three axes": ("e342ca25d9b9acb9", "0561dab2aaf109d7",),
+    "order, vector3 along a Hilbert curve": ("36e8dae7537e3df7", "e157bd1a99f25ce3"),
     "construct, uniform, gauss x ema": ("3213c3850644ae2e",),
     "construct, tent, box in one slice": ("cdb79120bf909ee9",),
     "construct, gauss, sum over two slice axes, other seed": ("c7524501ea97233e",),
