@@ -181,8 +181,8 @@ struct SpaceFilterSpec {
 };
 
 // What is measured of a picture against its truth. The first is measured always.
-enum class Metric { rmse, deviation, ssim, low, middle, high, unseen, flip };
-inline constexpr int num_metrics = 8;
+enum class Metric { rmse, deviation, ssim, low, middle, high, unseen, pattern, flip };
+inline constexpr int num_metrics = 9;
 
 struct ExpectSpec {
   std::string order = {};  // "fast < stbn < white", "blue-2d = white"
