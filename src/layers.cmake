@@ -32,6 +32,8 @@ set(noiseloom_library_highway PkgConfig::highway)
 set(noiseloom_library_toml)
 set(noiseloom_library_oiio ${CMAKE_DL_LIBS})  # a module links it, which is opened when it is needed
 set(noiseloom_library_fftw PkgConfig::fftw)
+set(noiseloom_library_assimp ${CMAKE_DL_LIBS})  # as with oiio
+set(noiseloom_library_embree)
 
 function(noiseloom_layer name uses libraries)
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)

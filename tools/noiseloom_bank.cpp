@@ -1,4 +1,4 @@
-// bank: the options and the exit status; the work itself is run/bank.h. Without a launcher, threads are processes of
+// bank: the options and the exit status; the work itself is bank/bank.h. Without a launcher, threads are processes of
 // this program that share the folder as jobs on several machines do.
 
 #include <fmt/format.h>
@@ -10,8 +10,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <memory>
 #include <optional>
 
+#include "noiseloom/bank/bank.h"
 #include "noiseloom/core/child_process.h"
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/json.h"
@@ -19,7 +21,6 @@
 #include "noiseloom/core/standard_streams.h"
 #include "noiseloom/core/text.h"
 #include "noiseloom/dist/launcher.h"
-#include "noiseloom/run/bank.h"
 #include "noiseloom/run/stop_signals.h"
 #include "noiseloom_commands.h"
 #include "noiseloom_images.h"
@@ -43,6 +44,7 @@ struct BankOptions {
   std::string checkpoint_every;
   std::string watchdog = "auto";
   std::string pack;
+  bool pack_links = false;
   ResultOptions result;
 };
 
@@ -75,6 +77,8 @@ std::optional<int> read_bank_options(int argc, char** argv, bool prints, BankOpt
   app.add_option("--time-limit", options.time_limit, "save and stop after this long (2h, 90m), exit 75");
   app.add_option("--checkpoint-every", options.checkpoint_every, "save members this often (default 10m)");
   app.add_option("--pack-into", options.pack, "when all members are done, copy them into this HDF5 file, as one array");
+  app.add_flag("--pack-links", options.pack_links,
+               "with --pack-into: refer to the members' files (virtual datasets) instead of copying them");
   app.add_option("--watchdog", options.watchdog, watchdog_help);
   app.add_option("--worker", options.worker_threads)->group("");
   add_result_options(app, options.result, ShowsProgress::yes, "how many members there are, and how many are done");
@@ -86,6 +90,9 @@ std::optional<int> read_bank_options(int argc, char** argv, bool prints, BankOpt
   if (const auto status = read_options(app, argc, argv, prints)) return status;
   if (options.resume && options.overwrite) {
     throw UserError("command line", "--resume and --overwrite exclude each other");
+  }
+  if (options.pack_links && options.pack.empty()) {
+    throw UserError("command line", "--pack-links says how --pack-into packs, which is not given");
   }
   options.request.watch = watch_settings_of(options.watchdog);
   options.request.time_limit_s = bank_seconds("--time-limit", options.time_limit, 0);
@@ -105,14 +112,15 @@ void say_member(const ResultOptions& options, const std::vector<std::pair<std::s
                           text(1).empty() ? "" : "  R " + text(1), text(2)));
 }
 
-void make_ready(const Bank& bank, const BankOptions& options) {
+std::unique_ptr<RunLock> make_ready(const Bank& bank, const BankOptions& options) {
   const std::string& folder = options.request.folder;
   if (!options.pack.empty()) check_pack(bank, folder, options.pack, options.overwrite);
-  prepare_bank(bank, folder, options.resume, options.overwrite);
+  return prepare_bank(bank, folder, options.resume, options.overwrite);
 }
 
 // `failed`: the exit status of what failed, else 0.
 int conclude_bank(const Bank& bank, const BankOptions& options, bool stopped, int failed) {
+  write_index(bank, options.request.folder);
   const auto [done, all] = count_done(bank, options.request.folder);
   const std::string index = options.request.folder + "/index.csv";
   std::string rest;
@@ -123,7 +131,7 @@ int conclude_bank(const Bank& bank, const BankOptions& options, bool stopped, in
     if (!options.pack.empty()) rest += "; no pack was made";
     if (stopped || failed == exit_done) status = exit_stopped;
   } else if (!options.pack.empty()) {
-    pack_bank(bank, options.request.folder, options.pack);
+    pack_bank(bank, options.request.folder, options.pack, options.pack_links ? PackKind::links : PackKind::copied);
   }
   print_result(options.result, fmt::format("{} of {} members done: {}{}\n", done, all, index, rest),
                json_object({{"index", index}, {"done", done}, {"members", all}}) + "\n");
@@ -147,8 +155,9 @@ int work_under_mpi(const Communicator& communicator, int argc, char** argv) {
     if (!status) bank = load_bank(options.bank, options.overrides);
   });
   if (status) return *status;
+  std::unique_ptr<RunLock> presence;
   communicator.on_root([&] {
-    if (options.worker_threads == 0) make_ready(bank, options);
+    if (options.worker_threads == 0) presence = make_ready(bank, options);
   });
   options.request.threads = options.worker_threads > 0 ? options.worker_threads : std::max(1, options.threads);
   const BankResult result = work_on_bank(
@@ -201,7 +210,8 @@ std::vector<std::string> words_of_worker(int argc, char** argv, int threads) {
   for (int i = 0; i < argc; ++i) {
     const std::string word = argv[i];
     if (word == "--pack-into") ++i;
-    if (word == "--pack-into" || word.starts_with("--pack-into=") || word == "--overwrite") continue;
+    if (word == "--pack-into" || word.starts_with("--pack-into=") || word == "--pack-links" || word == "--overwrite")
+      continue;
     words.push_back(word);
   }
   words.emplace_back("--worker");
@@ -268,7 +278,7 @@ int run_bank_alone(int argc, char** argv) {
   }
   StopSignals signals;
   const Bank bank = load_bank(options.bank, options.overrides);
-  make_ready(bank, options);
+  const std::unique_ptr<RunLock> presence = make_ready(bank, options);
   const int threads = options.threads > 0 ? options.threads : num_available_processors();
   const int workers =
       std::clamp<int>(static_cast<int>(std::min<std::size_t>(bank.members.size(), most_bank_threads)), 1, threads);

@@ -144,6 +144,8 @@ int run_render(const RenderArguments& arguments) {
       print_error(fmt::format("note: {}\n", note));
   ThreadPool pool(arguments.threads > 0 ? arguments.threads : num_available_processors());
   const render::Result result = render::render(scene, noises, pool);
+  if (!arguments.result.quiet)
+    for (const std::string& note : result.notes) print_error(fmt::format("note: {}\n", note));
   const std::vector<render::ExpectationResult> expectations = render::check_expectations(scene, result);
   render::add_outputs(scene, result, arguments.folder, output);
   add_render_report(scene, result, expectations, render::to_toml(scene), report_origin(), arguments.folder, output);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "files/hdf5_objects.h"
 #include "files/run_file_slices.h"
 #include "noiseloom/core/error.h"
+#include "noiseloom/files/file_ops.h"
 #include "noiseloom/files/run_file.h"
 
 namespace noiseloom {
@@ -20,8 +22,9 @@ constexpr const char* packed_datasets[] = {"/samples", "/pdf"};
 
 class Packer {
  public:
-  Packer(const std::string& path, std::size_t num_members)
-      : file_(H5Fcreate(path.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, H5P_DEFAULT), H5Fclose, path + ": cannot create"),
+  Packer(const std::string& path, std::size_t num_members, PackKind kind)
+      : kind_(kind),
+        file_(H5Fcreate(path.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, H5P_DEFAULT), H5Fclose, path + ": cannot create"),
         at_{file_.id(), path},
         num_members_(num_members) {}
 
@@ -31,20 +34,23 @@ class Packer {
   void write_numbers(const std::string& name, const std::vector<double>& values) const {
     hdf5::write_numbers(at_, name, values);
   }
-  void close() {
-    for (auto& [name, packed] : packed_) packed.data.close(at_.name + ": cannot close " + name);
-    file_.close(at_.name + ": cannot close");
-  }
+  // After the last member.
+  void close();
 
  private:
   struct Packed {
     SliceDataset spec;
-    hdf5::Handle data;
+    hdf5::Handle data;           // copied
+    hdf5::Handle sources;        // virtual: a list for making the dataset
     std::vector<hsize_t> shape;  // of one member
+    std::vector<std::string> labels = {};
   };
   void begin(const RunFileReader& first);
   void copy(const RunFileReader& member, int dataset, const Packed& to, std::size_t number) const;
+  void refer(const RunFileReader& member, const Packed& to, std::size_t number) const;
+  std::vector<hsize_t> dimensions_of_all(const Packed& packed) const;
 
+  PackKind kind_;
   hdf5::Handle file_;
   hdf5::Location at_;
   std::size_t num_members_;
@@ -56,15 +62,64 @@ void Packer::begin(const RunFileReader& first) {
     const int dataset = first.dataset(name);
     if (dataset < 0) continue;
     const SliceDataset& spec = first.content().datasets[static_cast<std::size_t>(dataset)];
-    std::vector<hsize_t> all = dimensions_of(spec, first.content().extents);
-    std::vector<std::string> labels = labels_of(spec, first.content().extents);
-    Packed packed{.spec = spec, .data = {}, .shape = all};
-    all.insert(all.begin(), num_members_);
-    labels.insert(labels.begin(), "member");
-    packed.data = hdf5::create_dataset(at_, name, H5T_IEEE_F32LE, all);
-    hdf5::write_dimension_labels(at_, packed.data.id(), labels);
+    Packed packed{.spec = spec, .data = {}, .sources = {}, .shape = dimensions_of(spec, first.content().extents)};
+    packed.labels = labels_of(spec, first.content().extents);
+    packed.labels.insert(packed.labels.begin(), "member");
+    if (kind_ == PackKind::copied) {
+      packed.data = hdf5::create_dataset(at_, name, H5T_IEEE_F32LE, dimensions_of_all(packed));
+    } else {
+      const std::string what = at_.name + ": cannot prepare " + name;
+      packed.sources = hdf5::Handle(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, what);
+      hdf5::checked(H5Pset_obj_track_times(packed.sources.id(), false), what);
+      const float nothing = std::numeric_limits<float>::quiet_NaN();  // of a member whose file is gone
+      hdf5::checked(H5Pset_fill_value(packed.sources.id(), H5T_NATIVE_FLOAT, &nothing), what);
+    }
     packed_.emplace(name, std::move(packed));
   }
+}
+
+std::vector<hsize_t> Packer::dimensions_of_all(const Packed& packed) const {
+  std::vector<hsize_t> all = packed.shape;
+  all.insert(all.begin(), num_members_);
+  return all;
+}
+
+void Packer::close() {
+  for (auto& [name, packed] : packed_) {
+    if (kind_ == PackKind::links) {
+      const std::string what = at_.name + ": cannot create " + name;
+      const std::vector<hsize_t> all = dimensions_of_all(packed);
+      const hdf5::Handle space(H5Screate_simple(static_cast<int>(all.size()), all.data(), nullptr), H5Sclose, what);
+      packed.data = hdf5::Handle(H5Dcreate2(file_.id(), name.c_str(), H5T_IEEE_F32LE, space.id(), H5P_DEFAULT,
+                                            packed.sources.id(), H5P_DEFAULT),
+                                 H5Dclose, what);
+    }
+    hdf5::write_dimension_labels(at_, packed.data.id(), packed.labels);
+    packed.data.close(at_.name + ": cannot close " + name);
+  }
+  file_.close(at_.name + ": cannot close");
+}
+
+// By the path from this file's folder to the member's, so that both may be moved together. HDF5 reads "%b" in it as a
+// number of a block, and "%%" as one sign.
+void Packer::refer(const RunFileReader& member, const Packed& to, std::size_t number) const {
+  const std::string what = at_.name + ": cannot refer to " + member.path();
+  const auto place = [](const std::string& path) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path));
+  };
+  const std::string path = place(member.path()).lexically_relative(place(parent_directory(at_.name))).string();
+  std::string escaped;
+  for (const char c : path) escaped += c == '%' ? std::string("%%") : std::string(1, c);
+  const std::vector<hsize_t> all = dimensions_of_all(to);
+  const hdf5::Handle space(H5Screate_simple(static_cast<int>(all.size()), all.data(), nullptr), H5Sclose, what);
+  const hdf5::Handle source(H5Screate_simple(static_cast<int>(to.shape.size()), to.shape.data(), nullptr), H5Sclose,
+                            what);
+  std::vector<hsize_t> start(all.size(), 0);
+  start[0] = number;
+  std::vector<hsize_t> count = all;
+  count[0] = 1;
+  hdf5::checked(H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr), what);
+  hdf5::checked(H5Pset_virtual(to.sources.id(), space.id(), escaped.c_str(), to.spec.name.c_str(), source.id()), what);
 }
 
 void Packer::add(const RunFileReader& member, std::size_t number) {
@@ -78,7 +133,11 @@ void Packer::add(const RunFileReader& member, std::size_t number) {
                                                  "are not packed into one array",
                                                  name));
     }
-    copy(member, dataset, packed, number);
+    if (kind_ == PackKind::copied) {
+      copy(member, dataset, packed, number);
+    } else {
+      refer(member, packed, number);
+    }
   }
 }
 
@@ -151,9 +210,9 @@ bool looks_like_pack(const std::string& path) {
 }
 
 void pack_run_files(const std::string& path, const std::vector<PackMember>& members,
-                    const std::vector<std::string>& settings) {
+                    const std::vector<std::string>& settings, PackKind kind) {
   const hdf5::Quiet quiet;
-  Packer packer(path, members.size());
+  Packer packer(path, members.size(), kind);
   std::vector<std::string> names;
   std::vector<std::string> checksums;
   std::vector<double> errors;

@@ -1,6 +1,5 @@
 #include "noiseloom/files/run_lock.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <pthread.h>
 #include <sys/file.h>
@@ -18,6 +17,7 @@
 #include <thread>
 #include <utility>
 
+#include "files/descriptor.h"
 #include "files/lock_record.h"
 #include "files/system_call.h"
 #include "noiseloom/files/digest.h"
@@ -29,29 +29,6 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 using std::chrono::steady_clock;
-
-// A descriptor that closes itself.
-class Descriptor {
- public:
-  Descriptor() = default;
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  int fd() const { return fd_; }
-
- private:
-  int fd_ = -1;
-};
-
-Descriptor open_or_none(const std::string& path, int flags) {
-  return Descriptor(uninterrupted([&] { return ::open(path.c_str(), flags | O_CLOEXEC, 0666); }));
-}
 
 Descriptor open_lock_file(const std::string& lock_path) {
   Descriptor file = open_or_none(lock_path, O_RDWR | O_CREAT);

@@ -51,7 +51,7 @@ void estimate_image(Job& job) {
   });
   const auto pixels = static_cast<std::int64_t>(image.pixels());
   if (with_truth) count_of(*job.counts, Work::expectations) += pixels;
-  count_of(*job.counts, Work::rays) += pixels * effect.rays();
+  count_of(*job.counts, work_of_rays(scene)) += pixels * effect.rays();
   count_of(*job.counts, Work::march_steps) += pixels * effect.march_steps();
   count_of(*job.counts, Work::estimates) += pixels;
   count_of(*job.counts, work_of_reading(noise)) += pixels * values_of_pixel(noise, effect.numbers());

@@ -11,6 +11,7 @@
 #include "noiseloom/core/error.h"
 #include "render/effect-inl.h"
 #include "render/effect_list.h"
+#include "render/mesh_pass.h"
 #include "render/sky_light.h"
 
 namespace noiseloom::render {
@@ -28,7 +29,8 @@ int numbers_of_sky(const Scene& scene, const Noise& noise) {
 struct SkyEffect : PlainEffect {
   SkyEffect(const Shared& shared, int, const Job* job)
       : hits(&shared.hits.get(Data::hits, shared.pass_or("sky"))),
-        sky(&shared.sky.get(Data::sky, shared.pass_or("sky"))) {
+        sky(&shared.sky.get(Data::sky, shared.pass_or("sky"))),
+        mesh(mesh_of(shared, "sky")) {
     if (job == nullptr) return;
     const Noise& noise = job->noise_of_job();
     is_direction = holds_directions_of_sky(shared.scene, noise);
@@ -49,7 +51,7 @@ struct SkyEffect : PlainEffect {
   double cosine_if_open(const Hit& hit, std::size_t cell) const {
     const Vector direction = sky->directions[cell];
     const double cosine = dot(hit.normal, direction);
-    return cosine > 0 && !is_hidden(hit, direction) ? cosine : 0;
+    return cosine > 0 && !is_hidden(hit, direction, mesh) ? cosine : 0;
   }
   void estimate(int x, int y, Draw draw, float* out) const {
     const double u = static_cast<double>(draw(0));
@@ -76,6 +78,7 @@ struct SkyEffect : PlainEffect {
 
   const Hits* hits;
   const SkyLight* sky;
+  const Mesh* mesh;
   bool is_direction = false;
   bool by_light = true;
   int numbers_of_pixel = 2;

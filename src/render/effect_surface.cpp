@@ -4,6 +4,7 @@
 #include "noiseloom/core/error.h"
 #include "render/effect-inl.h"
 #include "render/effect_list.h"
+#include "render/mesh_pass.h"
 
 namespace noiseloom::render {
 namespace {
@@ -11,21 +12,6 @@ namespace {
 int numbers_of_occlusion(const Scene& scene, const Noise& noise) {
   if (noise.directions() != Directions::none) return 3 * scene.occlusion.samples;
   return if_numbers(2 * scene.occlusion.samples, noise);
-}
-
-// Directions about +z.
-Vector cosine_direction(double u, double v) {
-  const double radius = std::sqrt(u);
-  return {radius * math::cos_2pi(v), radius * math::sin_2pi(v), std::sqrt(std::max(0.0, 1 - u))};
-}
-Vector direction_at(double cosine, double v) {
-  const double radius = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-  return {radius * math::cos_2pi(v), radius * math::sin_2pi(v), cosine};
-}
-
-Vector turned(Vector about_z, Vector normal) {
-  const Frame frame = frame_of(normal);
-  return about_z.x * frame.first + about_z.y * frame.second + about_z.z * normal;
 }
 
 // A direction whose cosine c to the normal is of equal density becomes one that is as dense as the cosine, sqrt(c), or
@@ -38,7 +24,7 @@ Vector bent(Vector direction, Vector normal, bool toward) {
   return along * normal + scale * (direction - cosine * normal);
 }
 
-// Of the frame, where something moves.
+// What the surfaces are, for one effect: those of the frame, where something moves.
 const Hits& hits_of(const Shared& shared, const Job* job, const char* effect) {
   if (job != nullptr && shared.scene.motion.on) return job->moving_hits.get(Data::moving_hits, job->pass);
   return shared.hits.get(Data::hits, shared.pass_or(effect));
@@ -46,7 +32,10 @@ const Hits& hits_of(const Shared& shared, const Job* job, const char* effect) {
 
 struct OcclusionEffect {
   OcclusionEffect(const Shared& shared, int, const Job* job)
-      : hits(&hits_of(shared, job, "ambient-occlusion")), spec(shared.scene.occlusion) {
+      : hits(&hits_of(shared, job, "ambient-occlusion")),
+        mesh(mesh_of(shared, "ambient-occlusion")),
+        shares(shares_in(shared, job, "ambient-occlusion")),
+        spec(shared.scene.occlusion) {
     if (job == nullptr) return;
     const Noise& noise = job->noise_of_job();
     kind = noise.directions();
@@ -83,16 +72,20 @@ struct OcclusionEffect {
     if (!spec.uniform) return open(hit, direction);
     return 2 * std::max(0.0, dot(direction, hit.normal)) * open(hit, direction);
   }
-  static double open(const Hit& hit, Vector direction) { return is_hidden(hit, direction) ? 0 : 1; }
+  double open(const Hit& hit, Vector direction) const { return is_hidden(hit, direction, mesh) ? 0 : 1; }
 
   void estimate(int x, int y, Draw draw, float* out) const {
     double sum = 0;
     for (int i = 0; i < spec.samples; ++i) sum += sample(hits->at(x, y), draw, i);
     out[0] = static_cast<float>(sum / spec.samples);
   }
-  void expect(int x, int y, double* out) const { out[0] = open_share(hits->at(x, y)); }
+  void expect(int x, int y, double* out) const {
+    out[0] = mesh == nullptr ? open_share(hits->at(x, y)) : shares.of_sky(x, y);
+  }
 
   const Hits* hits;
+  const Mesh* mesh;
+  SharesInFrame shares;
   OcclusionSpec spec;
   Directions kind = Directions::none;
   int numbers_of_pixel = 0;
@@ -100,7 +93,10 @@ struct OcclusionEffect {
 
 struct ShadowEffect {
   ShadowEffect(const Shared& shared, int, const Job* job)
-      : hits(&hits_of(shared, job, "soft-shadow")), cos_radius(math::cos_2pi(shared.scene.shadow.radius / 360)) {}
+      : hits(&hits_of(shared, job, "soft-shadow")),
+        mesh(mesh_of(shared, "soft-shadow")),
+        shares(shares_in(shared, job, "soft-shadow")),
+        cos_radius(math::cos_2pi(shared.scene.shadow.radius / 360)) {}
 
   int channels() const { return 1; }
   int numbers() const { return 2; }
@@ -110,14 +106,15 @@ struct ShadowEffect {
   void estimate(int x, int y, Draw draw, float* out) const {
     const double cosine = 1 - static_cast<double>(draw(0)) * (1 - cos_radius);
     const Vector direction = turned(direction_at(cosine, static_cast<double>(draw(1))), sun_direction);
-    const Hit& hit = hits->at(x, y);
-    // A place on the sphere sees what is above its own tangent plane.
-    const bool hidden = hit.shape == Shape::sphere ? dot(hit.normal, direction) <= 0 : is_hidden(hit, direction);
-    out[0] = hidden ? 0 : 1;
+    out[0] = is_in_shadow(hits->at(x, y), direction, mesh) ? 0 : 1;
   }
-  void expect(int x, int y, double* out) const { out[0] = sun_share(hits->at(x, y), cos_radius); }
+  void expect(int x, int y, double* out) const {
+    out[0] = mesh == nullptr ? sun_share(hits->at(x, y), cos_radius) : shares.of_sun(x, y);
+  }
 
   const Hits* hits;
+  const Mesh* mesh;
+  SharesInFrame shares;
   double cos_radius;
 };
 

@@ -38,6 +38,8 @@ std::int64_t values_of_pixel(const Noise& noise, int numbers) {
   return (numbers + noise.channels - 1) / noise.channels;
 }
 
+Work work_of_rays(const Scene& scene) { return scene.object.is_mesh() ? Work::mesh_rays : Work::rays; }
+
 Work work_of_reading(const Noise& noise) {
   const NoiseKind kind = noise.spec.kind;
   return has_texture(kind) ? Work::texture_values : Work::computed_values;

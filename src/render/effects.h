@@ -40,6 +40,8 @@ int if_numbers(int numbers, const Noise& noise);
 // Values that a pixel reads of the noise for so many numbers, and what such readings are counted as.
 std::int64_t values_of_pixel(const Noise& noise, int numbers);
 Work work_of_reading(const Noise& noise);
+// What a ray of an effect is counted as.
+Work work_of_rays(const Scene& scene);
 
 // The picture that is dithered: values of 0 to 1.
 Image test_picture(const DitherSpec& spec, int width, int height);

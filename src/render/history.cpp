@@ -165,7 +165,8 @@ void trace_moving_hits(Job& job) {
   if (job.moving_hits.is_there()) job.hits_before = std::move(job.moving_hits.get(Data::moving_hits, job.pass));
   const double frame = static_cast<double>(job.frame);
   job.moving_hits.make(make_hits(scene.width, scene.height, frame * (motion.camera[0] - motion.sphere[0]),
-                                 frame * (motion.camera[1] - motion.sphere[1]), job.rows));
+                                 frame * (motion.camera[1] - motion.sphere[1]), job.rows,
+                                 mesh_of(job.shared, job.pass)));
   count_of(*job.counts, Work::primary_rays) += pixels_of(scene);
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -13,6 +14,8 @@
 #include "noiseloom/render/result.h"
 #include "render/image.h"
 #include "render/kernel.h"
+#include "render/mesh.h"
+#include "render/mesh_pass.h"
 #include "render/seeds.h"
 #include "render/sky_light.h"
 #include "render/surface.h"
@@ -37,8 +40,9 @@ struct Shared {
   std::vector<Stage> stages;
   ThreadPool& pool;
   const std::vector<Noise>& opened;
-  std::string_view pass = {};  // that is running
-  Counts* counts = nullptr;    // of that pass
+  std::string_view pass = {};           // that is running
+  Counts* counts = nullptr;             // of that pass
+  std::vector<std::string> notes = {};  // what is to be known of what was made
 
   Made<const std::vector<Noise>*> noises = {};
   Made<Image> picture = {};
@@ -49,6 +53,8 @@ struct Shared {
   Made<BlurMasses> kernel = {};
   Made<Image> importance = {};
   Made<SkyLight> sky = {};
+  Made<std::unique_ptr<const Mesh>> mesh = {};
+  Made<Shares> shares = {};
   Made<Hits> hits = {};
   Made<std::vector<EdgeWeights>> edge_weights = {};  // of each filter over space; empty where it knows no edges
   Made<std::vector<std::vector<Truth>>> truth = {};  // [effect][repeat], one repeat where all have the same

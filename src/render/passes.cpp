@@ -44,9 +44,9 @@ Counts work_of_effect(const Scene& scene, std::span<const Noise> noises) {
   }
   if (truth_changes_with_frame(scene, effect)) count_of(counts, Work::expectations) = count_of(counts, Work::estimates);
   if (effect == Effect::occlusion)
-    count_of(counts, Work::rays) = count_of(counts, Work::estimates) * scene.occlusion.samples;
+    count_of(counts, work_of_rays(scene)) = count_of(counts, Work::estimates) * scene.occlusion.samples;
   if (effect == Effect::shadow || effect == Effect::sky)
-    count_of(counts, Work::rays) = count_of(counts, Work::estimates);
+    count_of(counts, work_of_rays(scene)) = count_of(counts, Work::estimates);
   if (effect == Effect::ray_march)
     count_of(counts, Work::march_steps) = count_of(counts, Work::estimates) * scene.ray_march.steps;
   return counts;
@@ -114,8 +114,17 @@ constexpr Pass pass_table[] = {
      nullptr,
      no_work,
      [](const Scene& scene, std::span<const Noise>) { return 8 * pixels_of(scene) * scene.free_flight.steps; }},
+    {"mesh", {}, {Data::mesh}, off_without_mesh, load_mesh, nullptr, no_work, bytes_of_mesh},
+    {"mesh shares",
+     {Data::mesh},
+     {Data::shares},
+     off_without_shares,
+     find_shares,
+     nullptr,
+     work_of_shares,
+     bytes_of_shares},
     {"primary hits",
-     {},
+     {Data::mesh},
      {Data::hits},
      off_without_surfaces,
      trace_hits,
@@ -159,8 +168,8 @@ constexpr Pass pass_table[] = {
      no_work,
      bytes_of_sky},
     {"truth",
-     {Data::picture, Data::columns, Data::flights, Data::hits, Data::edge_weights, Data::kernel, Data::importance,
-      Data::sky},
+     {Data::picture, Data::columns, Data::flights, Data::mesh, Data::shares, Data::hits, Data::edge_weights,
+      Data::kernel, Data::importance, Data::sky},
      {Data::truth},
      always,
      make_truth,
@@ -178,7 +187,7 @@ constexpr Pass pass_table[] = {
      no_work,
      [](const Scene&, std::span<const Noise>) { return std::int64_t{0}; }},
     {"moving hits",
-     {},
+     {Data::mesh},
      {Data::moving_hits},
      [](const Scene& scene) -> std::string { return scene.motion.on ? applies : "nothing moves"; },
      nullptr,
@@ -241,7 +250,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::ray_march>,
      bytes_of_estimate},
     {"ambient-occlusion",
-     {Data::noises, Data::seeds, Data::hits, Data::moving_hits},
+     {Data::noises, Data::seeds, Data::mesh, Data::shares, Data::hits, Data::moving_hits},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.occlusion.on ? applies : "no effects.ambient-occlusion"; },
      nullptr,
@@ -249,7 +258,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::occlusion>,
      bytes_of_estimate},
     {"soft-shadow",
-     {Data::noises, Data::seeds, Data::hits, Data::moving_hits},
+     {Data::noises, Data::seeds, Data::mesh, Data::shares, Data::hits, Data::moving_hits},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.shadow.on ? applies : "no effects.soft-shadow"; },
      nullptr,
@@ -257,7 +266,7 @@ constexpr Pass pass_table[] = {
      work_of_effect<Effect::shadow>,
      bytes_of_estimate},
     {"sky",
-     {Data::noises, Data::seeds, Data::hits, Data::sky},
+     {Data::noises, Data::seeds, Data::mesh, Data::hits, Data::sky},
      {Data::estimate},
      [](const Scene& scene) -> std::string { return scene.sky.on ? applies : "no effects.sky"; },
      nullptr,

@@ -210,6 +210,7 @@ Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& 
     result.truths.resize(result.effects.size() * result.stages.size());
   }
   if (scene.puts_out("spectra")) result.spectra.resize(result.effects.size() * noises.size() * result.num_times());
+  result.notes = shared.notes;
   run_jobs(shared, result, pool);
   check_errors(result);
   store_truth(shared, result);

@@ -2,10 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <set>
 
 #include "noiseloom/render/expectation.h"
 #include "noiseloom/render/noise.h"
+#include "render/mesh_pass.h"
 #include "render/scene_settings.h"
 
 namespace noiseloom::render {
@@ -40,6 +43,9 @@ bool is_name(const std::string& text) {
            c == '.';
   }) && text.front() != '.';
 }
+
+// A plane of numbers over all of them must fit into memory.
+constexpr std::int64_t most_pixels_of_mesh = std::int64_t{1} << 28;
 
 constexpr const char* name_rule = "must be a word of letters, digits, points, - and _, as it names files too";
 
@@ -153,6 +159,12 @@ void check_motion(Reader& reader, const Value& root, Scene& scene) {
     if (effect != Effect::occlusion && effect != Effect::shadow)
       reader.fault(*motion, "motion",
                    fmt::format("goes with ambient-occlusion and soft-shadow alone, not with {}", name_of(effect)));
+  const auto whole = [](double n) { return n == std::floor(n); };
+  if (scene.object.is_mesh() && !(whole(scene.motion.camera[0] - scene.motion.sphere[0]) &&
+                                  whole(scene.motion.camera[1] - scene.motion.sphere[1])))
+    reader.fault(*motion, "motion",
+                 "must be whole pixels between camera and sphere where object.shape is a mesh: its truth is found once "
+                 "for all frames");
   for (const SpaceFilterSpec& filter : scene.space)
     if (!filter.edges.empty() && filter.kernel != SpaceKernel::a_trous)
       reader.fault(*motion, "motion",
@@ -197,6 +209,11 @@ void check_scene(Reader& reader, const Value& root, const settings::Owners& owne
     if (const Value* alpha = settings::find_at(root, "effects.transparency.alpha"))
       reader.fault(*alpha, "effects.transparency.alpha", "must have 1 to 32 panes");
   check_motion(reader, root, scene);
+  if (scene.object.is_mesh() && reader.faults().empty() && pixels_of_shares(scene) > most_pixels_of_mesh)
+    reader.fault(*settings::find_at(root, "object"), "object",
+                 fmt::format("is passed over by all frames in {} pixels together: accepted are {}, with a motion that "
+                             "is slower or of fewer frames",
+                             pixels_of_shares(scene), most_pixels_of_mesh));
   std::set<std::string> kernels;
   for (const std::string& kernel : scene.time.kernels)
     if (!kernels.insert(kernel).second)

@@ -64,7 +64,8 @@ std::int64_t bytes_of_columns(const Scene& scene, std::span<const Noise>) {
 }
 
 void trace_hits(Shared& shared) {
-  const Hits& hits = shared.hits.make(make_hits(shared.scene.width, shared.scene.height, shared.pool));
+  const Hits& hits =
+      shared.hits.make(make_hits(shared.scene.width, shared.scene.height, shared.pool, mesh_of(shared, shared.pass)));
   count_of(*shared.counts, Work::primary_rays) += std::ssize(hits.hits);
 }
 

@@ -168,8 +168,8 @@ std::vector<Setting> rows_of_expectations() {
 
 std::vector<Setting> all_rows() {
   std::vector<Setting> rows;
-  for (std::vector<Setting> part : {rows_of_image(), rows_of_noises(), rows_of_effects(), rows_of_more_effects(),
-                                    rows_of_filters(), rows_of_expectations()})
+  for (std::vector<Setting> part : {rows_of_image(), rows_of_noises(), rows_of_effects(), rows_of_object(),
+                                    rows_of_more_effects(), rows_of_filters(), rows_of_expectations()})
     rows.insert(rows.end(), std::make_move_iterator(part.begin()), std::make_move_iterator(part.end()));
   return rows;
 }

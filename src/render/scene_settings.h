@@ -19,6 +19,7 @@ using settings::Word;
 
 std::vector<Setting> rows_of_noises();
 std::vector<Setting> rows_of_effects();
+std::vector<Setting> rows_of_object();
 std::vector<Setting> rows_of_more_effects();
 std::vector<Setting> rows_of_filters();
 

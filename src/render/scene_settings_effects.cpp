@@ -27,7 +27,8 @@ constexpr Word picture_words[] = {
 
 // In the order of Density.
 constexpr Word density_words[] = {{"slab", "the same everywhere", "constant homogeneous"},
-                                  {"cloud", "a ball of noise of five octaves", "heterogeneous fbm"}};
+                                  {"cloud", "a ball of noise of five octaves", "heterogeneous fbm"},
+                                  {"file", "a grid of an OpenVDB file", "vdb openvdb"}};
 
 }  // namespace
 
@@ -100,7 +101,7 @@ std::vector<Setting> rows_of_effects() {
        .range = at_least(1, 1024)},
       {.key = "effects.ambient-occlusion",
        .type = Type::table,
-       .sentence = "How much of the sky a sphere and the plane that it rests on see.",
+       .sentence = "How much of the sky the object and the plane that it rests on see.",
        .field = [](Scene& s) -> Field { return &s.occlusion.on; }},
       {.key = "effects.ambient-occlusion.samples",
        .type = Type::integer,
@@ -114,7 +115,7 @@ std::vector<Setting> rows_of_effects() {
        .field = [](Scene& s) -> Field { return &s.occlusion.uniform; }},
       {.key = "effects.soft-shadow",
        .type = Type::table,
-       .sentence = "The shadow of a sun that is not a point, on the same sphere and plane.",
+       .sentence = "The shadow of a sun that is not a point, on the same object and plane.",
        .field = [](Scene& s) -> Field { return &s.shadow.on; }},
       {.key = "effects.soft-shadow.radius",
        .type = Type::number,
@@ -144,7 +145,19 @@ std::vector<Setting> rows_of_effects() {
        .sentence = "Places along each side at which the density is given.",
        .field = [](Scene& s) -> Field { return &s.volume.resolution; },
        .range = at_least(2, 512),
-       .when = {"volume.density", "cloud"}},
+       .when = {"volume.density", "cloud file"}},
+      {.key = "volume.file",
+       .type = Type::file,
+       .sentence = "The file (.vdb). The box of its active voxels fills the cube along its longest side, its y upward, "
+                   "and is scaled so that its largest density is volume.extinction.",
+       .field = [](Scene& s) -> Field { return &s.volume.file; },
+       .when = {"volume.density", "file"},
+       .required = true},
+      {.key = "volume.grid",
+       .type = Type::text,
+       .sentence = "Which grid of the file.",
+       .field = [](Scene& s) -> Field { return &s.volume.grid; },
+       .when = {"volume.density", "file"}},
       {.key = "volume.seed",
        .type = Type::integer,
        .sentence = "Another seed gives another cloud.",

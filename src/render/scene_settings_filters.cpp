@@ -61,7 +61,7 @@ std::vector<Setting> rows_of_more_effects() {
   return {
       {.key = "effects.sky",
        .type = Type::table,
-       .sentence = "The same sphere and plane, lit by a sky: one direction a pixel and frame, drawn by its light.",
+       .sentence = "The same object and plane, lit by a sky: one direction a pixel and frame, drawn by its light.",
        .field = [](Scene& s) -> Field { return &s.sky.on; }},
       {.key = "effects.sky.file",
        .type = Type::file,

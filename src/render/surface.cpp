@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "noiseloom/core/math.h"
+#include "render/mesh.h"
 
 namespace noiseloom::render {
 namespace {
@@ -25,23 +26,11 @@ double distance_to_sphere(Vector from, Vector direction) {
   return along - std::sqrt(1 - beside);
 }
 
-Hit hit_of(double right_of_middle, double above_middle) {
-  const Vector from = looked_at + right_of_middle * right + above_middle * up + -distance_of_camera * forward;
-  const double to_sphere = distance_to_sphere(from, forward);
-  if (to_sphere > 0) {
-    const Vector place = from + to_sphere * forward;
-    return {place, place - centre, Shape::sphere};
-  }
-  Vector place = from + (from.y / -forward.y) * forward;
-  place.y = 0;
-  return {place, {0, 1, 0}, Shape::plane};
-}
-
-void trace_row(Hits& hits, int y, double view_right, double view_down) {
-  const double pixel = view_width / hits.width;
+void trace_row(Hits& hits, int y, double view_right, double view_down, const Mesh* mesh) {
+  const double pixel = side_of_pixel(hits.width);
   for (int x = 0; x < hits.width; ++x)
     hits.hits[static_cast<std::size_t>(y) * static_cast<std::size_t>(hits.width) + static_cast<std::size_t>(x)] =
-        hit_of(pixel * (x + view_right + 0.5 - 0.5 * hits.width), pixel * (0.5 * hits.height - y - view_down - 0.5));
+        hit_of(pixel, x + view_right + 0.5 - 0.5 * hits.width, 0.5 * hits.height - y - view_down - 0.5, mesh);
 }
 
 Hits no_hits(int width, int height) {
@@ -52,16 +41,32 @@ Hits no_hits(int width, int height) {
 
 }  // namespace
 
-Hits make_hits(int width, int height, ThreadPool& pool) {
+double side_of_pixel(int width) { return view_width / width; }
+
+Hit hit_of(double pixel, double right_of_middle, double above_middle, const Mesh* mesh) {
+  const Vector from =
+      looked_at + pixel * right_of_middle * right + pixel * above_middle * up + -distance_of_camera * forward;
+  if (mesh != nullptr) {
+    if (const std::optional<Hit> hit = mesh->find(from, forward)) return *hit;
+  } else if (const double to_sphere = distance_to_sphere(from, forward); to_sphere > 0) {
+    const Vector place = from + to_sphere * forward;
+    return {place, place - centre, Shape::sphere};
+  }
+  Vector place = from + (from.y / -forward.y) * forward;
+  place.y = 0;
+  return {place, {0, 1, 0}, Shape::plane};
+}
+
+Hits make_hits(int width, int height, ThreadPool& pool, const Mesh* mesh) {
   Hits hits = no_hits(width, height);
-  pool.for_each(height, [&](std::int64_t y, int) { trace_row(hits, static_cast<int>(y), 0, 0); });
+  pool.for_each(height, [&](std::int64_t y, int) { trace_row(hits, static_cast<int>(y), 0, 0, mesh); });
   return hits;
 }
 
-Hits make_hits(int width, int height, double view_right, double view_down, Rows rows) {
+Hits make_hits(int width, int height, double view_right, double view_down, Rows rows, const Mesh* mesh) {
   Hits hits = no_hits(width, height);
   rows(height, [&](int first, int last) {
-    for (int y = first; y < last; ++y) trace_row(hits, y, view_right, view_down);
+    for (int y = first; y < last; ++y) trace_row(hits, y, view_right, view_down, mesh);
   });
   return hits;
 }
@@ -77,6 +82,15 @@ bool is_hidden(const Hit& hit, Vector direction) {
   const Vector to = centre - hit.place;
   const double along = dot(to, direction);
   return along > 0 && dot(to, to) - along * along < 1;
+}
+
+bool is_hidden(const Hit& hit, Vector direction, const Mesh* mesh) {
+  return mesh == nullptr ? is_hidden(hit, direction) : mesh->hides(hit, direction);
+}
+
+bool is_in_shadow(const Hit& hit, Vector direction, const Mesh* mesh) {
+  if (hit.shape == Shape::sphere) return dot(hit.normal, direction) <= 0;
+  return (hit.shape == Shape::mesh && dot(hit.normal, direction) <= 0) || is_hidden(hit, direction, mesh);
 }
 
 double open_share(const Hit& hit) {
@@ -109,6 +123,21 @@ double sun_share(const Hit& hit, double cos_radius) {
   const double d = std::sqrt(dot(to, to));
   const double cos_sphere = std::sqrt(std::max(0.0, 1 - 1 / (d * d)));
   return 1 - shared_solid_angle(cos_radius, cos_sphere, dot(to, sun_direction) / d) / whole;
+}
+
+Vector cosine_direction(double u, double v) {
+  const double radius = std::sqrt(u);
+  return {radius * math::cos_2pi(v), radius * math::sin_2pi(v), std::sqrt(std::max(0.0, 1 - u))};
+}
+
+Vector direction_at(double cosine, double v) {
+  const double radius = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+  return {radius * math::cos_2pi(v), radius * math::sin_2pi(v), cosine};
+}
+
+Vector turned(Vector about_z, Vector normal) {
+  const Frame frame = frame_of(normal);
+  return about_z.x * frame.first + about_z.y * frame.second + about_z.z * normal;
 }
 
 // [Duff17], with the sign of z kept for -0.

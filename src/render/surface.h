@@ -1,5 +1,6 @@
 // A sphere of radius 1 that rests on an endless plane, seen along parallel rays from above: shapes whose occlusion and
-// shadow have closed forms, and whose picture moves by whole pixels where they do.
+// shadow have closed forms, and whose picture moves by whole pixels where they do. A mesh (render/mesh.h) may stand in
+// the place of the sphere.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +23,9 @@ inline Vector operator-(Vector a, Vector b) { return {a.x - b.x, a.y - b.y, a.z 
 inline Vector operator*(double s, Vector a) { return {s * a.x, s * a.y, s * a.z}; }
 inline double dot(Vector a, Vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-enum class Shape : std::uint8_t { plane, sphere };
+enum class Shape : std::uint8_t { plane, sphere, mesh };
+
+class Mesh;
 
 struct Hit {
   Vector place;
@@ -39,9 +42,15 @@ struct Hits {
     return hits[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
   }
 };
-Hits make_hits(int width, int height, ThreadPool& pool);
+// `mesh`: null for the sphere.
+Hits make_hits(int width, int height, ThreadPool& pool, const Mesh* mesh = nullptr);
 // The same with the view moved by so many pixels, to the right and downward, from the sphere's point of view.
-Hits make_hits(int width, int height, double right, double down, Rows rows);
+Hits make_hits(int width, int height, double right, double down, Rows rows, const Mesh* mesh = nullptr);
+// What is seen so many pixels to the right of the middle of the picture, and above it, where `pixel` is the side of
+// one.
+Hit hit_of(double pixel, double right_of_middle, double above_middle, const Mesh* mesh);
+// The side of a pixel where so many are across the picture.
+double side_of_pixel(int width);
 
 // How a shape moves on the screen from one frame to the next, in pixels.
 struct Step {
@@ -53,6 +62,10 @@ Step step_of(const MotionSpec& motion, Shape shape);
 // Whether light that comes from `direction` is kept from the place. A shape does not hide itself by mistake: a place on
 // the sphere asks for the plane alone, and the other way round.
 bool is_hidden(const Hit& hit, Vector direction);
+// The same where a mesh may stand in the place of the sphere.
+bool is_hidden(const Hit& hit, Vector direction, const Mesh* mesh);
+// The same of light from a direction of the sun: a place sees what is above its own surface.
+bool is_in_shadow(const Hit& hit, Vector direction, const Mesh* mesh);
 
 // The share of cosine-weighted directions above the surface that are open.
 double open_share(const Hit& hit);
@@ -62,6 +75,13 @@ inline constexpr Vector sun_direction = {-0.48, 0.6, -0.64};
 
 // The solid angle that two caps of the unit sphere share, their radii and distance given by cosines.
 double shared_solid_angle(double cos_a, double cos_b, double cos_between);
+
+// A direction about the axis z, drawn with a density that grows with its cosine, from two numbers of 0 to 1.
+Vector cosine_direction(double u, double v);
+// That of a given cosine to the axis z.
+Vector direction_at(double cosine, double v);
+// From about the axis z to about `normal`.
+Vector turned(Vector about_z, Vector normal);
 
 // Two axes across `normal`, which has length 1, its mirror cases included.
 struct Frame {

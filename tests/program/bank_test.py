@@ -74,6 +74,18 @@ class Bank(ProgramTest):
             self.assertEqual([name.decode() for name in pack["name"]], [row["name"] for row in rows])
             self.assertEqual(list(pack["settings/filter.groups[0].sigma"]), [0.7, 1.0, 0.7, 1.0])
             self.assertEqual([axis.label for axis in pack["samples"].dims], ["member", "t", "y", "x", "channel"])
+        # The same of links, from wherever it is read; a member that is gone is no number.
+        (self.folder / "packs").mkdir()
+        self.bank("--resume", "--quiet", "--pack-into", "packs/links.h5", "--pack-links")
+        self.assertLess((self.folder / "packs/links.h5").stat().st_size, (self.folder / "all.h5").stat().st_size)
+        with h5py.File(self.folder / "packs/links.h5") as links, h5py.File(self.folder / "all.h5") as pack:
+            self.assertEqual(links["samples"][...].tobytes(), pack["samples"][...].tobytes())
+            self.assertEqual([axis.label for axis in links["samples"].dims], [axis.label for axis in pack["samples"].dims])
+        (self.folder / "made/seed1_sigma1.0.h5").rename(self.folder / "away.h5")
+        with h5py.File(self.folder / "packs/links.h5") as links:
+            self.assertEqual([bool((member != member).all()) for member in links["samples"]], [False, True, False, False])
+        (self.folder / "away.h5").rename(self.folder / "made/seed1_sigma1.0.h5")
+        self.assertIn("--pack-into", self.bank("--resume", "--pack-links", expect=2).stderr)
         self.assertIn("all.h5: exists", self.bank("--resume", "--pack-into", "all.h5", expect=2).stderr)
         # Side by side, and the same bytes by groups of ranks.
         self.write("bank.toml", 'base = "base.toml"\ncombine = "side-by-side"\n[vary]\n"texture.seed" = [1, 2]\n'
@@ -135,6 +147,7 @@ class Bank(ProgramTest):
         while not list((self.folder / "made").glob("seed*.lock")):
             self.assertIsNone(process.poll())
             time.sleep(0.02)
+        self.assertEqual(len(list((self.folder / "made").glob(".at-work-*.lock"))), 1)
         process.send_signal(signal.SIGUSR1)
         self.assertEqual(process.wait(timeout=60), 75)
         self.assertEqual([name for name in os.listdir(self.folder / "made") if "tmp" in name or "lock" in name], [])
@@ -185,6 +198,12 @@ class Bank(ProgramTest):
             fcntl.flock(held, fcntl.LOCK_EX)
             before = self.contents()
             self.assertIn("seed3.h5: another run is writing it", self.bank("--overwrite", expect=2).stderr)
+            self.assertEqual(self.contents(), before)
+        # Between two members a bank holds none of them, and says all the same that it is at work.
+        with open(self.folder / "made" / ".at-work-0.lock", "w") as held:
+            fcntl.flock(held, fcntl.LOCK_EX)
+            before = self.contents()
+            self.assertIn("made: another run is writing it", self.bank("--overwrite", expect=2).stderr)
             self.assertEqual(self.contents(), before)
         self.bank("--overwrite", "--quiet")
 

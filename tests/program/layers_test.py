@@ -19,6 +19,8 @@ HEADERS = {
     "toml": ("toml++/",),
     "oiio": ("OpenImageIO/",),
     "fftw": ("fftw3.h",),
+    "assimp": ("assimp/",),
+    "embree": ("embree3/", "embree4/"),
 }
 EVERYWHERE = {"fmt", "threads"}
 
@@ -150,6 +152,11 @@ class Programs(unittest.TestCase):
         # 270 shared libraries, a quarter of a second: no command waits for them that opens no image.
         self.assertNotIn("OpenImageIO", self.libraries("noiseloom-study"))
         self.assertIn("OpenImageIO", self.libraries("noiseloom-images.so"))
+
+    def test_meshes_are_loaded_when_a_scene_has_one(self):
+        for program in ("noiseloom-study", "noiseloom-images.so"):
+            self.assertNotIn("libembree", self.libraries(program))
+            self.assertNotIn("libassimp", self.libraries(program))
 
 
 if __name__ == "__main__":

@@ -126,13 +126,14 @@ class Cluster:
             raise AssertionError(f"{command}: {done.stderr}")
         return done.stdout
 
-    def wait(self, condition, what, seconds=60):
+    def wait(self, condition, what, seconds=240, look_again=0.1):
+        """Long enough for a machine with much else to do: that something never comes is what it finds."""
         end = time.monotonic() + seconds
         while not condition():
             if time.monotonic() > end:
                 logs = "\n".join(f"{p.name}: {p.read_text()[-1500:]}" for p in self.folder.glob("*.log"))
                 raise AssertionError(f"waited in vain for {what}\n{logs}")
-            time.sleep(0.1)
+            time.sleep(look_again)
 
     def kill_node(self, node):
         """The daemon of a node and what it started for jobs; the jobs' own processes go on, as if it were cut off."""
@@ -192,7 +193,7 @@ class Job:
 
     def hold(self, output):
         """Suspends all ranks as soon as something is saved; their process ids."""
-        self.cluster.wait((self.folder / output).exists, f"{output}; {self.said()}")
+        self.cluster.wait((self.folder / output).exists, f"{output}; {self.said()}", look_again=0.02)
         ranks = self.ranks()
         self.send(ranks, signal.SIGSTOP)
         if not ranks or "stopped by" in self.said():

@@ -1,7 +1,6 @@
 """The job scripts under a real Slurm of three nodes: what its time limit, cancelling, lost ranks and lost nodes leave of a run.
 
-Skipped where Slurm is not installed (tools/setup --all installs it), and outside of tools/test --all: on a busy machine one of
-its seven tests may fail, as what it holds and kills goes on by a clock of its own."""
+Skipped where Slurm is not installed (tools/setup --all installs it), and outside of tools/test --all, as it takes a minute."""
 
 import os
 import pathlib
@@ -23,7 +22,7 @@ combine = "product"
 groups  = [ { axes = "xy", kernel = "box", size = 3 }, { axes = "t", kernel = "box", size = 3 } ]
 [optimizer]
 method = "anneal"
-stop = { iterations = 30000 }
+stop = { iterations = 12000 }
 """
 TWO_NODES = ("-N", "2", "--ntasks-per-node=1")
 ONE_NODE = ("-N", "1", "--ntasks-per-node=2")
@@ -43,11 +42,12 @@ class SlurmCluster(ProgramTest):
         cls.straight = cls.new_folder()
         subprocess.run([BIN / "noiseloom", "generate", "run.toml", "-o", "out.h5", "--quiet"], check=True, cwd=cls.straight)
         # What takes Slurm long is begun first, for the last two tests: that it misses a node, and that it looks at its clock
-        # and warns of a time limit, up to half a minute after the start of the job, which waits suspended.
+        # and warns of a time limit, up to half a minute after the start of the job, which waits suspended. The limit itself
+        # lies far behind the warning, so that the other tests may take their time.
         cls.cut_off = cls.submit_in(cls.new_folder(), *ONE_NODE)
         cls.cut_off.hold("out.h5")
         cls.cluster.kill_node("n3")
-        cls.limited = cls.submit_in(cls.new_folder(), "-w", "n1", *ONE_NODE, "-t", "1", "--signal=B:USR1@59")
+        cls.limited = cls.submit_in(cls.new_folder(), "-w", "n1", *ONE_NODE, "-t", "9", "--signal=B:USR1@539")
         cls.limited_ranks = cls.limited.hold("out.h5")
 
     @classmethod
@@ -68,7 +68,7 @@ class SlurmCluster(ProgramTest):
     @classmethod
     def submit_in(cls, folder, *options, **variables):
         return Job(cls.cluster, folder, SOURCE / "slurm" / "generate.sbatch", *options, CONFIG="run.toml", OUTPUT="out.h5",
-                   CHECKPOINT_EVERY="0.1s", **variables)
+                   CHECKPOINT_EVERY="0.1s", RETRY_WAITS="3", **variables)
 
     def ends_well(self, job, restarts=1):
         self.assertEqual(job.wait_for_end(), "COMPLETED", job.said())
@@ -77,8 +77,7 @@ class SlurmCluster(ProgramTest):
         self.has_the_bytes()
 
     def has_the_bytes(self):
-        expected = self.samples_checksum(self.straight / "out.h5")
-        self.cluster.wait(lambda: self.samples_checksum("out.h5") == expected, "the bytes of the undisturbed run", 20)
+        self.assertEqual(self.samples_checksum("out.h5"), self.samples_checksum(self.straight / "out.h5"))
         self.assertEqual([path.name for path in self.folder.glob("out.h5?*") if path.suffix != ".log"], [])
 
     def test_a_rank_that_is_killed(self):
@@ -108,7 +107,7 @@ class SlurmCluster(ProgramTest):
 
     def test_an_array_of_jobs_shares_a_bank(self):
         self.write("bank.toml", 'base = "run.toml"\n[vary]\n"texture.seed" = "1:6"\n')
-        self.write("run.toml", CONFIG.replace("30000", "200"))
+        self.write("run.toml", CONFIG.replace("12000", "200"))
         job = Job(self.cluster, self.folder, SOURCE / "slurm" / "generate.sbatch", "-x", "n3", "--array=1-2", *TWO_NODES,
                   BANK="bank.toml", OUTPUT="made")
         self.assertEqual(job.wait_for_end(), "COMPLETED", job.said())
@@ -131,7 +130,7 @@ class SlurmCluster(ProgramTest):
         job.send(ranks, signal.SIGCONT)
         job.wait_for_requeue()
         self.assertIn("stopped by SIGUSR1", job.said())
-        self.cluster.run("scontrol", "update", f"JobId={job.id}", "TimeLimit=10")
+        self.cluster.run("scontrol", "update", f"JobId={job.id}", "TimeLimit=20")
         self.ends_well(job)
 
     def test_y_a_node_that_is_cut_off(self):

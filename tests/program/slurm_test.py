@@ -8,13 +8,15 @@ import time
 from support import SOURCE, ProgramTest, main
 
 # The k-th call takes its status from the k-th word of STATUSES (the last one from then on); "signal" waits for USR1 and
-# ends with 75. "save:9" changes the output, or the file SAVED, first.
+# ends with 75. "save:9" changes the output, or the file SAVED, first. "nothing" ends with 0, and nothing was done.
 SRUN = """#!/usr/bin/env bash
 echo "$SRUN_CPUS_PER_TASK $*" >> calls
 read -ra statuses <<< "$STATUSES"
 k=$(($(wc -l < calls) - 1))
 [ "$k" -lt "${#statuses[@]}" ] || k=$((${#statuses[@]} - 1))
 word=${statuses[$k]}
+echo "$word" > word
+[ "$word" != nothing ] || exit 0
 if [ "$word" = signal ]; then
   trap 'exit 75' USR1
   touch waiting
@@ -23,13 +25,14 @@ fi
 case $word in save:*) date +%N >> "${SAVED:-out.h5}" ;; esac
 exit "${word#save:}"
 """
+INFO = '#!/usr/bin/env bash\n[ "$(cat word)" = 0 ] && echo "finished after 9 iterations" || echo "not finished: iteration 3"\n'
 SCONTROL = '#!/usr/bin/env bash\necho "$*" >> requeued\n'
 
 
 class Slurm(ProgramTest):
     def setUp(self):
         super().setUp()
-        for name, text in (("srun", SRUN), ("mpirun", SRUN), ("scontrol", SCONTROL)):
+        for name, text in (("srun", SRUN), ("mpirun", SRUN), ("noiseloom", INFO), ("scontrol", SCONTROL)):
             self.write(name, text).chmod(0o755)
 
     def start(self, statuses, **environment):
@@ -67,6 +70,19 @@ class Slurm(ProgramTest):
     def test_a_step_that_fails_at_once_is_tried_again_and_not_for_ever(self):
         self.assertEqual(self.job("1 1 0"), (0, 3, False))
         self.assertEqual(self.job("1"), (1, 4, False))
+
+    def test_a_launcher_that_says_done_is_not_believed_while_the_output_is_not(self):
+        """srun ends with 0 where the node's daemon could not start the step at all."""
+        self.assertEqual(self.job("nothing 0"), (0, 2, False))
+        self.assertEqual(self.job("nothing 75"), (0, 2, True))
+        self.assertEqual(self.job("nothing"), (1, 4, False))
+        made = self.folder / "made"
+        made.mkdir()
+        bank = {"BANK": "bank.toml", "OUTPUT": "made"}
+        self.assertEqual(self.job("0", **bank), (1, 4, False))
+        for states, status in ((("done", "begun"), 1), (("open", "done"), 1), (("done", "done"), 0)):
+            (made / "index.json").write_text("[\n" + ",\n".join(f'{{"name": "{k}", "state": "{s}"}}' for k, s in enumerate(states)) + "\n]\n")
+            self.assertEqual(self.job("0", **bank)[0], status, states)
 
     def test_jobs_that_save_something_are_queued_again_however_often(self):
         for status in ("save:137", "save:75"):

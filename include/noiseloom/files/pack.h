@@ -6,7 +6,8 @@
 //   /relative_error     float64 [member]; NaN where a member has none
 //   /settings/<key>     float64 or text [member]: what differs from member to member
 //
-// All copied: the members may go afterwards.
+// The first two copied, so that the members may go afterwards, or as HDF5's virtual datasets, which read the members'
+// files wherever these lie from the pack's folder; of a member that is gone they read NaN.
 #pragma once
 
 #include <string>
@@ -20,10 +21,12 @@ struct PackMember {
   std::vector<std::string> values;  // of the settings
 };
 
+enum class PackKind { copied, links };
+
 // Writes the file `path`, which must not be there yet. Throws UserError where a member has another shape than the
 // first; as RunFileReader does; EnvironmentError.
 void pack_run_files(const std::string& path, const std::vector<PackMember>& members,
-                    const std::vector<std::string>& settings);
+                    const std::vector<std::string>& settings, PackKind kind);
 
 // Whether a file is such a one, by the names of what it holds; a run file is none. Throws EnvironmentError where an
 // HDF5 file cannot be opened.

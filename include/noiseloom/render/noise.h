@@ -28,6 +28,7 @@ inline constexpr auto purpose_of_density = static_cast<Purpose>(105);
 inline constexpr auto purpose_of_rejection = static_cast<Purpose>(106);
 inline constexpr auto purpose_of_lamp = static_cast<Purpose>(107);
 inline constexpr auto purpose_of_seed = static_cast<Purpose>(108);
+inline constexpr auto purpose_of_truth = static_cast<Purpose>(109);
 
 // What a texture of unit vectors holds.
 enum class Directions { none, cosine, hemisphere, sphere };

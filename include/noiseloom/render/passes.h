@@ -27,6 +27,8 @@ enum class Data : std::uint8_t {
   light,
   columns,
   flights,
+  mesh,
+  shares,
   hits,
   moving_hits,
   edge_weights,
@@ -44,7 +46,7 @@ enum class Data : std::uint8_t {
   pictures,
   predictions
 };
-inline constexpr int num_data = 22;
+inline constexpr int num_data = 24;
 std::string_view name_of(Data data);
 
 class DataSet {
@@ -71,6 +73,7 @@ enum class Work : std::uint8_t {
   estimates,
   primary_rays,
   rays,
+  mesh_rays,
   march_steps,
   density_reads,
   averages,
@@ -81,7 +84,7 @@ enum class Work : std::uint8_t {
   transformed_values,  // by Fourier transforms
   moved_seeds
 };
-inline constexpr int num_work = 15;
+inline constexpr int num_work = 16;
 std::string_view name_of(Work work);
 using Counts = std::array<std::int64_t, num_work>;
 constexpr std::int64_t& count_of(Counts& counts, Work work) { return counts[static_cast<std::size_t>(work)]; }

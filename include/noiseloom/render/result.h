@@ -62,7 +62,8 @@ struct Result {
   // [noise][stage]: error over that of white noise as the score of the texture promises it, where they are put out.
   std::vector<std::optional<double>> predictions;
   std::vector<PassResult> passes;
-  double seconds = 0;  // of the wall
+  std::vector<std::string> notes;  // what is to be known of what was seen, a sentence each
+  double seconds = 0;              // of the wall
   int threads = 1;
 
   double square(std::size_t effect, std::size_t noise, int repeat, std::size_t stage, int frame) const;

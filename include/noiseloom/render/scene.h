@@ -66,14 +66,16 @@ struct TransparencySpec {
 };
 
 // In the order of the words of volume.density.
-enum class Density { slab, cloud };
+enum class Density { slab, cloud, file };
 
 struct VolumeSpec {
   Density density = Density::cloud;
   double extinction = 12;
   double albedo = 0.9;
-  int resolution = 64;  // cloud: corners of cells along an axis
+  int resolution = 64;  // cloud, file: corners of cells along an axis
   std::uint64_t seed = 1;
+  std::string file = {};         // file: of OpenVDB
+  std::string grid = "density";  // file: which of its grids
 };
 
 struct FreeFlightSpec {
@@ -84,6 +86,20 @@ struct FreeFlightSpec {
 struct RayMarchSpec {
   bool on = false;
   int steps = 4;
+};
+
+// What rests on the plane, in the order of the words of object.shape, and which axis of its file points upward.
+enum class ObjectShape { sphere, mesh };
+enum class UpAxis { y, z };
+
+struct ObjectSpec {
+  ObjectShape shape = ObjectShape::sphere;
+  std::string file = {};  // mesh
+  double size = 2;        // mesh: its largest extent; the sphere's is 2
+  UpAxis up = UpAxis::y;
+  double turn = 0;   // degrees about the vertical
+  int truth = 1024;  // directions of each pixel of which the truth is the mean
+  bool is_mesh() const { return shape == ObjectShape::mesh; }
 };
 
 struct OcclusionSpec {
@@ -199,6 +215,7 @@ struct Scene {
   VolumeSpec volume;
   FreeFlightSpec free_flight;
   RayMarchSpec ray_march;
+  ObjectSpec object;
   OcclusionSpec occlusion;
   ShadowSpec shadow;
   SkySpec sky;

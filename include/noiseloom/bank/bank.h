@@ -2,19 +2,21 @@
 //
 // Each member is a run file of its own, DIR/NAME.h5, made by generate() and so whole or not there. Whoever works on a
 // bank (groups of ranks, processes on one machine, jobs on others) shares nothing but the folder: each takes the next
-// member that is neither done nor held by the lock of its run file. DIR/index.csv and DIR/index.json say what is done;
-// they are written after the member, so that what they say is done is done whenever they are read. A kill may leave out
-// the last member, of index.json alone or of both, until the next --resume.
+// member that is neither done nor held by the lock of its run file. DIR/index.csv and DIR/index.json say what is done
+// (files/bank_index.h): a member after its run file, so that what they say is done is done whenever they are read.
 #pragma once
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "noiseloom/dist/communicator.h"
 #include "noiseloom/dist/watchdog.h"
+#include "noiseloom/files/pack.h"
+#include "noiseloom/files/run_lock.h"
 
 namespace noiseloom {
 
@@ -46,10 +48,14 @@ struct BankRequest {
   WatchSettings watch;
 };
 
-// Makes the folder ready before anybody works on it. Throws UserError where it holds a bank and neither `resume` nor
-// `overwrite` is set, or one of other settings. With `overwrite` the members that it holds are removed; OutputHeld, and
-// nothing is removed, where another process works on one.
-void prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool overwrite);
+// Makes the folder ready before anybody works on it; what it returns tells others that somebody does, for as long as it
+// lives. Throws UserError where the folder holds a bank and neither `resume` nor `overwrite` is set, or one of other
+// settings. With `overwrite` the members that it holds are removed; UserError, and nothing is removed, where another
+// command works on them.
+std::unique_ptr<RunLock> prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool overwrite);
+
+// Writes the index anew, with all members in order.
+void write_index(const Bank& bank, const std::string& folder);
 
 // Why a member was not made: the user's fault, or that of the surroundings. Begins with the member's name.
 struct BankFault {
@@ -79,7 +85,7 @@ BankResult work_on_bank(const Bank& bank, const BankRequest& request, const Comm
 void check_pack(const Bank& bank, const std::string& folder, const std::string& path, bool overwrite);
 
 // All members, which must be done, as one HDF5 file (files/pack.h). Throws as pack_run_files does.
-void pack_bank(const Bank& bank, const std::string& folder, const std::string& path);
+void pack_bank(const Bank& bank, const std::string& folder, const std::string& path, PackKind kind);
 
 // How many members the folder's index says are done, and how many there are.
 std::pair<std::int64_t, std::int64_t> count_done(const Bank& bank, const std::string& folder);

@@ -1,4 +1,4 @@
-#include "noiseloom/run/bank.h"
+#include "noiseloom/bank/bank.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,11 @@
 #include <cmath>
 #include <exception>
 #include <filesystem>
+#include <memory>
 #include <set>
 #include <thread>
 
+#include "bank/index.h"
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/stopwatch.h"
@@ -17,7 +19,6 @@
 #include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/generate.h"
 #include "noiseloom/run/stop_signals.h"
-#include "run/bank_index.h"
 
 namespace noiseloom {
 namespace fs = std::filesystem;
@@ -41,15 +42,15 @@ class Group {
   BankResult work();
 
  private:
-  std::string next();
-  std::string next_of(bool held_too);
+  std::int64_t next();
+  std::int64_t next_of(bool held_too);
   bool others_may_end();
-  bool has_more() const;
+  bool has_more();
   bool is_to_stop() const { return noted_stop_signal() != 0 || (request_.time_limit_s > 0 && left_s() <= 0); }
-  bool make(const BankMember& member, BankResult& result);
-  void note_fault(const std::string& name, bool is_users, const char* words, BankResult& result);
+  bool make(std::size_t number, BankResult& result);
+  void note_fault(std::size_t number, bool is_users, const char* words, BankResult& result);
   double left_s() const { return request_.time_limit_s - watch_.seconds(); }
-  bool note_done(const BankMember& member);
+  bool note_done(std::size_t number);
 
   const Bank& bank_;
   const BankRequest& request_;
@@ -57,30 +58,34 @@ class Group {
   const SayMember& say_;
   const Warn& warn_;
   const Stopwatch watch_;
-  std::set<std::string> held_;    // by others when they were tried
-  std::set<std::string> failed_;  // not tried again
-  int failures_in_a_row_ = 0;     // of the surroundings
+  std::unique_ptr<BankIndex> index_;  // on the rank that decides
+  std::size_t first_ = 0;             // all members before it are done or failed
+  std::set<std::size_t> held_;        // by others when they were tried
+  std::set<std::size_t> failed_;      // not tried again
+  int failures_in_a_row_ = 0;         // of the surroundings
   std::int64_t done_by_all_ = -1;
   std::chrono::steady_clock::time_point waits_since_;
 };
 
-// A member that is neither done nor, unless `held_too`, held. What the index does not know of, but is there and
-// finished, is put into it: a worker was killed between the two.
-std::string Group::next_of(bool held_too) {
-  const BankIndex index = read_index(bank_, request_.folder);
-  for (const BankMember& member : bank_.members) {
-    if (is_done(index, member) || held_.contains(member.name) || failed_.contains(member.name)) continue;
-    if (!held_too && seems_held(member_path(request_.folder, member.name))) continue;
-    return member.name;
+// A member that is neither done nor, unless `held_too`, held; none: -1. What the index does not know of, but is there
+// and finished, is put into it: a worker was killed between the two.
+std::int64_t Group::next_of(bool held_too) {
+  index_->refresh();
+  const auto is_over = [&](std::size_t number) { return index_->is_done(number) || failed_.contains(number); };
+  while (first_ < bank_.members.size() && is_over(first_)) ++first_;
+  for (std::size_t number = first_; number < bank_.members.size(); ++number) {
+    if (is_over(number) || held_.contains(number)) continue;
+    if (!held_too && seems_held(member_path(request_.folder, bank_.members[number].name))) continue;
+    return static_cast<std::int64_t>(number);
   }
-  return "";
+  return -1;
 }
 
-bool Group::has_more() const {
-  const BankIndex index = read_index(bank_, request_.folder);
-  return std::any_of(bank_.members.begin(), bank_.members.end(), [&](const BankMember& member) {
-    return !is_done(index, member) && !failed_.contains(member.name);
-  });
+bool Group::has_more() {
+  index_->refresh();
+  const auto given_up =
+      std::count_if(failed_.begin(), failed_.end(), [&](std::size_t i) { return !index_->is_done(i); });
+  return index_->num_done() + given_up < static_cast<std::int64_t>(bank_.members.size());
 }
 
 // What others hold is theirs to make; where they die, it is anybody's. False where none of them has made one for long.
@@ -88,7 +93,7 @@ bool Group::others_may_end() {
   constexpr std::chrono::seconds patience{10};
   constexpr std::chrono::milliseconds pause{300};
   const auto now = std::chrono::steady_clock::now();
-  if (const auto done = count_done(bank_, request_.folder).first; done != done_by_all_) {
+  if (const std::int64_t done = index_->num_done(); done != done_by_all_) {
     done_by_all_ = done;
     waits_since_ = now;
   }
@@ -98,37 +103,37 @@ bool Group::others_may_end() {
   return true;
 }
 
-// "" where there is none, the rest is held by others, or it is time to stop.
-std::string Group::next() {
+// -1 where there is none, the rest is held by others, or it is time to stop.
+std::int64_t Group::next() {
   while (!is_to_stop()) {
-    std::string name = next_of(false);
-    if (name.empty()) name = next_of(true);
-    if (!name.empty() || held_.empty()) return name;
+    std::int64_t number = next_of(false);
+    if (number < 0) number = next_of(true);
+    if (number >= 0 || held_.empty()) return number;
     held_.clear();
-    if (!has_more() || !others_may_end()) return "";
+    if (!has_more() || !others_may_end()) return -1;
   }
-  return "";
+  return -1;
 }
 
 // False where another worker came upon it, finished and not yet in the index, and was quicker.
-bool Group::note_done(const BankMember& member) {
+bool Group::note_done(std::size_t number) {
+  const BankMember& member = bank_.members[number];
   const IndexRow row = row_of(member, request_.folder);
-  if (!update_index(bank_, request_.folder, member.name, row)) return false;
-  const auto [done, all] = count_done(bank_, request_.folder);
+  if (!index_->add(number, row)) return false;
   say_({{"member", member.name},
         {"relative_error", std::isfinite(row.relative_error) ? fmt::format("{:.5f}", row.relative_error) : ""},
         {"seconds", fmt::format("{:.2f}", row.seconds)},
-        {"done", fmt::format("{}", done)},
-        {"of", fmt::format("{}", all)}});
+        {"done", fmt::format("{}", index_->num_done())},
+        {"of", fmt::format("{}", bank_.members.size())}});
   return true;
 }
 
-void Group::note_fault(const std::string& name, bool is_users, const char* words, BankResult& result) {
+void Group::note_fault(std::size_t number, bool is_users, const char* words, BankResult& result) {
   constexpr int most_in_a_row = 3;
-  failed_.insert(name);
+  failed_.insert(number);
   failures_in_a_row_ = is_users ? 0 : failures_in_a_row_ + 1;
   result.gave_up = failures_in_a_row_ == most_in_a_row;
-  result.faults.push_back({is_users, fmt::format("{}: {}", name, words)});
+  result.faults.push_back({is_users, fmt::format("{}: {}", bank_.members[number].name, words)});
   if (ranks_.is_root()) {
     warn_(fmt::format("{}; {}", result.faults.back().words,
                       result.gave_up ? "no more members are tried, as three in a row failed" : "the others go on"));
@@ -136,7 +141,8 @@ void Group::note_fault(const std::string& name, bool is_users, const char* words
 }
 
 // False where it was stopped before it was done.
-bool Group::make(const BankMember& member, BankResult& result) {
+bool Group::make(std::size_t number, BankResult& result) {
+  const BankMember& member = bank_.members[number];
   Progress progress(ranks_.is_root() ? ProgressKind::quiet : ProgressKind::silent);
   GenerateRequest wanted{.config = bank_.base,
                          .overrides = member.overrides,
@@ -149,15 +155,11 @@ bool Group::make(const BankMember& member, BankResult& result) {
   if (request_.time_limit_s > 0) wanted.loop.time_limit_s = std::max(1e-3, ranks_.broadcast(left_s()));
   const GenerateResult made = generate(wanted, ranks_, progress);
   if (made.held) {
-    held_.insert(member.name);
+    held_.insert(number);
     return true;
   }
   ranks_.on_root([&] {
-    if (!made.finished) {
-      update_index(bank_, request_.folder, "", {});
-    } else if (note_done(member)) {
-      ++result.made;
-    }
+    if (made.finished && note_done(number)) ++result.made;
   });
   if (made.finished) failures_in_a_row_ = 0;
   return made.finished;
@@ -165,28 +167,28 @@ bool Group::make(const BankMember& member, BankResult& result) {
 
 BankResult Group::work() {
   BankResult result;
+  ranks_.on_root([&] { index_ = std::make_unique<BankIndex>(read_index(bank_, request_.folder)); });
   while (!result.gave_up) {
-    std::string name;
+    std::int64_t next_number = -1;
     const bool stops = ranks_.any_bits(noted_stop_signal() != 0 ? 1U : 0U) != 0;
     ranks_.on_root([&] {
-      if (!stops) name = next();
-      if (name.empty()) result.stopped = (stops || is_to_stop()) && has_more();
+      if (!stops) next_number = next();
+      if (next_number < 0) result.stopped = (stops || is_to_stop()) && has_more();
     });
-    ranks_.broadcast(name);
-    if (name.empty()) return result;
-    const auto member = std::find_if(bank_.members.begin(), bank_.members.end(),
-                                     [&](const BankMember& one) { return one.name == name; });
+    next_number = static_cast<std::int64_t>(ranks_.broadcast(static_cast<double>(next_number)));
+    if (next_number < 0) return result;
+    const auto number = static_cast<std::size_t>(next_number);
     // Only what all ranks of the group throw alike: after anything else they would wait for each other for ever.
     try {
-      if (make(*member, result)) continue;
+      if (make(number, result)) continue;
       result.stopped = true;
       return result;
     } catch (const SharedUserError& error) {
-      note_fault(name, true, error.what(), result);
+      note_fault(number, true, error.what(), result);
     } catch (const SharedEnvironmentError& error) {
-      note_fault(name, false, error.what(), result);
+      note_fault(number, false, error.what(), result);
     } catch (const OutputLost& error) {
-      note_fault(name, false, error.what(), result);
+      note_fault(number, false, error.what(), result);
     }
   }
   return result;
@@ -240,13 +242,6 @@ BankResult work_on_bank(const Bank& bank, const BankRequest& request, const Comm
   result.made = made;
   result.stopped = communicator.any_bits(result.stopped ? 1U : 0U) != 0;
   return result;
-}
-
-std::pair<std::int64_t, std::int64_t> count_done(const Bank& bank, const std::string& folder) {
-  const BankIndex index = read_index(bank, folder);
-  const auto done = std::count_if(bank.members.begin(), bank.members.end(),
-                                  [&](const BankMember& member) { return is_done(index, member); });
-  return {done, static_cast<std::int64_t>(bank.members.size())};
 }
 
 }  // namespace noiseloom

@@ -9,12 +9,12 @@
 #include <optional>
 #include <set>
 
+#include "noiseloom/bank/bank.h"
 #include "noiseloom/config/config.h"
 #include "noiseloom/config/settings_file.h"
 #include "noiseloom/config/settings_writer.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/files/digest.h"
-#include "noiseloom/run/bank.h"
 
 namespace noiseloom {
 namespace {

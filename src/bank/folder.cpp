@@ -3,16 +3,17 @@
 
 #include <filesystem>
 #include <list>
+#include <random>
 #include <set>
 
+#include "bank/index.h"
+#include "noiseloom/bank/bank.h"
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/files/generations.h"
 #include "noiseloom/files/output_files.h"
 #include "noiseloom/files/pack.h"
 #include "noiseloom/files/run_lock.h"
-#include "noiseloom/run/bank.h"
-#include "run/bank_index.h"
 
 namespace noiseloom {
 namespace fs = std::filesystem;
@@ -40,7 +41,7 @@ void remove_members(const Bank& bank, const std::string& folder) {
     if (fs::exists(path + ".lock")) collecting([&] { locks.emplace_back(path, say); });
   }
   throw_if_any(std::move(faults));
-  const std::unique_ptr<RunLock> index = lock_index(index_path(folder));
+  const std::unique_ptr<RunLock> index = lock_index(folder);
   for (const BankMember& member : bank.members) {
     const std::string path = member_path(folder, member.name);
     for (const std::string& file : {path, previous_generation(path)}) {
@@ -53,14 +54,43 @@ void remove_members(const Bank& bank, const std::string& folder) {
 // A worker that was killed when its member was done, but not yet let go of, leaves a lock file that nobody asks for
 // again. One whose holder may live, on another machine say, stays.
 void remove_dead_locks(const Bank& bank, const BankIndex& index, const std::string& folder) {
-  for (const BankMember& member : bank.members) {
-    if (is_done(index, member)) remove_dead_lock(member_path(folder, member.name));
+  for (std::size_t i = 0; i < bank.members.size(); ++i) {
+    if (index.is_done(i)) remove_dead_lock(member_path(folder, bank.members[i].name));
   }
+}
+
+// The commands that are at work on a folder each hold the lock of a file of this name, which is never there.
+constexpr const char* at_work = ".at-work-";
+
+std::vector<std::string> others_at_work(const std::string& folder, const std::string& own) {
+  std::vector<std::string> others;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const fs::path path = entry->path();
+    const std::string held = (path.parent_path() / path.stem()).string();
+    if (path.extension() == ".lock" && path.filename().string().starts_with(at_work) && held != own)
+      others.push_back(held);
+  }
+  return others;
+}
+
+// Throws UserError where another command is at work: between two members it holds none of their locks.
+void refuse_others_at_work(const std::string& folder, const std::string& own) {
+  const auto say = [](const std::string& line) { print_error("noiseloom bank: " + line + "\n"); };
+  std::vector<Fault> faults;
+  for (const std::string& other : others_at_work(folder, own)) {
+    try {
+      const RunLock was_left(other, say);
+    } catch (const OutputHeld& error) {
+      for (const Fault& fault : error.faults()) faults.push_back({folder, fault.text});
+    }
+  }
+  throw_if_any(std::move(faults));
 }
 
 }  // namespace
 
-void prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool overwrite) {
+std::unique_ptr<RunLock> prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool overwrite) {
   std::error_code error;
   if (fs::exists(folder, error) && !fs::is_directory(folder, error)) {
     throw UserError(folder, "is not a folder; choose another output");
@@ -70,19 +100,28 @@ void prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool
   }
   fs::create_directories(folder, error);
   if (error) throw EnvironmentError(fmt::format("{}: cannot create the folder: {}", folder, error.message()));
-  if (overwrite) remove_members(bank, folder);
+  const std::string own =
+      (fs::path(folder) / fmt::format("{}{:08x}{:08x}", at_work, std::random_device()(), std::random_device()()))
+          .string();
+  auto presence = std::make_unique<RunLock>(own);
+  if (overwrite) {
+    refuse_others_at_work(folder, own);
+    remove_members(bank, folder);
+  }
+  for (const std::string& other : others_at_work(folder, own)) remove_dead_lock(other);
   const BankIndex index = read_index(bank, folder);
   std::vector<Fault> faults;
   for (const BankMember& member : bank.members) {
-    const auto known = index.find(member.name);
-    if (known == index.end() || known->second.state == "open" || known->second.config == member.config) continue;
+    const IndexRow* const known = index.find(member.name);
+    if (known == nullptr || known->state == "open" || known->config == member.config) continue;
     faults.push_back({index_path(folder), fmt::format("{} was made from another config; choose another folder, or "
                                                       "--overwrite",
                                                       member.name)});
   }
   throw_if_any(std::move(faults));
   remove_dead_locks(bank, index, folder);
-  update_index(bank, folder, "", {});
+  write_index(bank, folder);
+  return presence;
 }
 
 void check_pack(const Bank& bank, const std::string& folder, const std::string& path, bool overwrite) {
@@ -105,13 +144,13 @@ void check_pack(const Bank& bank, const std::string& folder, const std::string& 
   }
 }
 
-void pack_bank(const Bank& bank, const std::string& folder, const std::string& path) {
+void pack_bank(const Bank& bank, const std::string& folder, const std::string& path, PackKind kind) {
   std::vector<PackMember> members;
   for (const BankMember& member : bank.members) {
     members.push_back({member.name, member_path(folder, member.name), member.values});
   }
   OutputFiles files(posix_file_ops(), true);
-  pack_run_files(files.add(path), members, bank.keys);
+  pack_run_files(files.add(path), members, bank.keys, kind);
   files.commit();
 }
 

@@ -1,0 +1,40 @@
+// A mesh in the place of the sphere: what a user's file holds, scaled and set down on the plane.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "noiseloom/render/scene.h"
+#include "render/mesh_library.h"
+#include "render/surface.h"
+
+namespace noiseloom::render {
+
+class Mesh {
+ public:
+  // Throws UserError where the file cannot be read, or is no mesh of triangles that have places and areas.
+  explicit Mesh(const ObjectSpec& spec);
+
+  // What a ray from afar meets first.
+  std::optional<Hit> find(Vector from, Vector direction) const;
+  // Whether the mesh, or for a place on the mesh the plane, keeps light of that direction from the place.
+  bool hides(const Hit& hit, Vector direction) const;
+
+  std::size_t num_triangles() const { return triangles_.size(); }
+  std::size_t num_left_out() const { return left_out_; }  // without an area
+
+ private:
+  void read(const std::string& path);
+  void set_down(const ObjectSpec& spec);
+  Vector corner(std::uint32_t triangle, std::size_t k) const;
+
+  Triangles triangles_;
+  std::size_t left_out_ = 0;
+  Vector middle_;  // of a ball that holds the mesh
+  double radius_ = 0;
+  std::unique_ptr<TriangleTracer> tracer_;
+};
+
+}  // namespace noiseloom::render
