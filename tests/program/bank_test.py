@@ -134,7 +134,9 @@ class Bank(ProgramTest):
         self.write("bank.toml", SEEDS % 8)
         workers = [subprocess.Popen(self.command("bank", "bank.toml", "-o", "made", "--resume", "--threads", "1", "--progress", "json"),
                                     cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) for _ in range(3)]
-        said = [json.loads(line) for worker in workers for line in worker.communicate(timeout=60)[1].splitlines()]
+        lines = [[json.loads(line) for line in worker.communicate(timeout=60)[1].splitlines()] for worker in workers]
+        self.assertEqual([(one[-1]["event"], one[-1]["done"]) for one in lines], [("summary", 8)] * 3)
+        said = [line for one in lines for line in one if line["event"] == "member"]
         self.assertEqual([worker.returncode for worker in workers], [0, 0, 0])
         self.assertEqual(sorted(line["member"] for line in said), sorted(f"seed{seed}" for seed in range(1, 9)))
         self.assertEqual({row["state"] for row in self.index()}, {"done"})

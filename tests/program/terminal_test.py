@@ -57,10 +57,25 @@ class Terminal(ProgramTest):
         self.assertNotIn("background", alone)
         self.assertFalse((self.folder / "run.h5").exists())
 
+    def test_json_progress_is_one_stream(self):
+        """From the first line to the summary, on one descriptor, whatever else is printed."""
+        self.generate("--progress", "json", "--progress-to", "progress", ranks=2)
+        lines = [json.loads(line) for line in (self.folder / "progress").read_text().splitlines()]
+        self.assertEqual((lines[0]["event"], lines[0]["ranks"], lines[-1]["event"]), ("start", 2, "summary"))
+        self.assertEqual(lines[-1]["checksum"], self.samples_checksum("run.h5"))
+        reports = [line for line in lines if line["event"] == "progress"]
+        self.assertLessEqual({"relative_error", "seconds_left", "seconds_since_save", "bytes_sent", "slowest_rank", "fastest_rank"},
+                             reports[-1].keys())
+        self.assertGreater(reports[-1]["bytes_sent"], 0)
+        for report in reports:
+            self.assertTrue(0 <= report["fastest_computed"] <= report["slowest_computed"] <= 1, report)
+        self.assertIn("nowhere/progress: cannot write progress",
+                      self.run_program("generate", self.config, "-o", "x.h5", "--progress-to", "nowhere/progress", ranks=2, expect=1).stderr)
+
     def test_json_progress_and_summary(self):
         done = self.generate("--progress", "json")
         lines = [json.loads(line) for line in done.stderr.splitlines()]
-        rows = [line for line in lines if "relative_error" in line]
+        rows = [line for line in lines if line["event"] == "progress"]
         self.assertGreater(len(rows), 1)
         self.assertLess(rows[-1]["relative_error"], rows[0]["relative_error"])
         for key in ("iterations", "temperature", "acceptance", "candidates_per_second", "seconds", "seconds_left"):
