@@ -2,6 +2,7 @@
 
 import json
 import re
+import subprocess
 
 from support import ProgramTest, main
 
@@ -153,6 +154,23 @@ class Terminal(ProgramTest):
         self.assertIn("run.h5.prev: the generation before it", self.run_program("info", "run.h5").stdout)
         self.generate("--quiet", "--set", "optimizer.stop={score=0.001}", "--time-limit", "0.001s", expect=75)
         self.assertRegex(self.run_program("info", "run.h5").stdout, r"not finished: iteration \d+, R \d\.\d+ of 0\.001 ")
+
+    def test_a_run_is_followed_to_its_end(self):
+        long = ("--set", "optimizer.stop.iterations=6000", "--checkpoint-every", "0.05s", "--quiet")
+        self.generate(*long, "--time-limit", "0.1s", expect=75)
+        stopped = self.run_program("info", "run.h5", "--follow", expect=75)
+        self.assertIn("nobody works on it", stopped.stderr)
+        self.assertIn("not finished: iteration", stopped.stdout)
+        run = subprocess.Popen(self.command("generate", self.config, "-o", "run.h5", "--resume", *long), cwd=self.folder)
+        while not (self.folder / "run.h5.lock").exists():
+            self.assertIsNone(run.poll())
+        followed = self.run_program("info", "run.h5", "--follow", "--json", timeout=60)
+        run.wait()
+        states = [json.loads(line)["state"] for line in followed.stdout.splitlines()]
+        self.assertGreater(len(states), 1)
+        self.assertEqual((states[-1]["iterations"], states[-1]["finished"]), (6000, "iterations"))
+        self.assertEqual([state["finished"] for state in states[:-1]], [""] * (len(states) - 1))
+        self.assertIn("nowhere.h5", self.run_program("info", "nowhere.h5", "--follow", expect=2).stderr)
 
     def test_text_info(self):
         self.generate("--progress", "none")
