@@ -66,14 +66,16 @@ struct TransparencySpec {
 };
 
 // In the order of the words of volume.density.
-enum class Density { slab, cloud };
+enum class Density { slab, cloud, file };
 
 struct VolumeSpec {
   Density density = Density::cloud;
   double extinction = 12;
   double albedo = 0.9;
-  int resolution = 64;  // cloud: corners of cells along an axis
+  int resolution = 64;  // cloud, file: corners of cells along an axis
   std::uint64_t seed = 1;
+  std::string file = {};         // file: of OpenVDB
+  std::string grid = "density";  // file: which of its grids
 };
 
 struct FreeFlightSpec {
@@ -179,8 +181,8 @@ struct SpaceFilterSpec {
 };
 
 // What is measured of a picture against its truth. The first is measured always.
-enum class Metric { rmse, deviation, ssim, low, middle, high, unseen, flip };
-inline constexpr int num_metrics = 8;
+enum class Metric { rmse, deviation, ssim, low, middle, high, unseen, pattern, flip };
+inline constexpr int num_metrics = 9;
 
 struct ExpectSpec {
   std::string order = {};  // "fast < stbn < white", "blue-2d = white"
