@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "noiseloom/image/image_io.h"
+#include "noiseloom/image/volume.h"
 
 namespace noiseloom {
 
@@ -69,6 +70,8 @@ class ImageLibrary {
   virtual std::unique_ptr<ImageInput> input(const std::string& format) const = 0;
   virtual std::unique_ptr<ImageOutput> output(ImageFormat format) const = 0;
   virtual std::string error() const = 0;
+  // A grid of OpenVDB: empty, or what is wrong, of which a fault is made. Values are not looked at.
+  virtual std::string read_volume(const std::string& path, const std::string& grid, VolumeBox& volume) const = 0;
 };
 
 // Loads the library at the first call. Throws EnvironmentError where it cannot be loaded.
@@ -81,7 +84,7 @@ inline std::string words_of(const std::string& library_error) {
 
 // The function of the module that gives its library. Its name counts the changes of this header, so that a module of
 // another version is not taken.
-inline constexpr const char* image_library_function = "noiseloom_image_library_4";
+inline constexpr const char* image_library_function = "noiseloom_image_library_5";
 using ImageLibraryFunction = const ImageLibrary* (*)();
 
 }  // namespace noiseloom

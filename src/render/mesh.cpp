@@ -1,17 +1,19 @@
 #include "render/mesh.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <limits>
+#include <string_view>
+#include <utility>
+#include <vector>
 
+#include "noiseloom/core/apart.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/math.h"
 
@@ -45,31 +47,49 @@ void check_file(const std::string& path) {
                                       ".obj, .ply, .gltf, .glb and .stl"));
 }
 
-// While it lives the process may not take much more memory than what a file of that size is worth: a file that says
-// that it holds billions of vertices would else take all that the machine has, and more.
-class MemoryBound {
- public:
-  explicit MemoryBound(std::uintmax_t bytes_of_file) {
-    std::uintmax_t pages = 0;
-    std::ifstream("/proc/self/statm") >> pages;
-    const std::uintmax_t used = pages * static_cast<std::uintmax_t>(::sysconf(_SC_PAGESIZE));
-    if (used == 0 || ::getrlimit(RLIMIT_AS, &before_) != 0) return;
-    rlimit bound = before_;
-    constexpr std::uintmax_t least = 500'000'000;
-    constexpr std::uintmax_t for_a_byte = 64;  // what a vertex of a few letters becomes while it is read
-    bound.rlim_cur = std::min<std::uintmax_t>(bound.rlim_cur, used + least + for_a_byte * bytes_of_file);
-    is_set_ = ::setrlimit(RLIMIT_AS, &bound) == 0;
-  }
-  ~MemoryBound() {
-    if (is_set_) ::setrlimit(RLIMIT_AS, &before_);
-  }
-  MemoryBound(const MemoryBound&) = delete;
-  MemoryBound& operator=(const MemoryBound&) = delete;
+template <class T>
+void append(std::string& bytes, const std::vector<T>& values) {
+  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+}
+template <class T>
+void take(std::string_view& bytes, std::vector<T>& values) {
+  std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+  bytes.remove_prefix(values.size() * sizeof(T));
+}
 
- private:
-  rlimit before_{};
-  bool is_set_ = false;
-};
+// Reads the file in a process of its own, which may not take much more memory than what a file of that size is worth:
+// one that says that it holds billions of vertices would else take all that the machine has.
+Triangles triangles_of(const std::string& path) {
+  const MeshLibrary& library = mesh_library();
+  std::error_code absent;
+  constexpr std::uintmax_t least = 500'000'000;
+  constexpr std::uintmax_t for_a_byte = 64;  // what a vertex of a few letters becomes while it is read
+  const ApartResult result = run_apart(
+      [&] {
+        Triangles triangles;
+        const std::string error = library.read(path, triangles);
+        if (!error.empty()) return 'e' + error;
+        std::string bytes = "t";
+        append(bytes, std::vector<std::uint64_t>{triangles.places.size(), triangles.corners.size()});
+        append(bytes, triangles.places);
+        append(bytes, triangles.corners);
+        return bytes;
+      },
+      least + for_a_byte * std::filesystem::file_size(path, absent));
+  if (!result.is_whole)
+    throw UserError(path, result.signal != 0
+                              ? fmt::format("is damaged, or no mesh: reading it ended with signal {}", result.signal)
+                              : "says that it holds more than its bytes can, or more than there is memory for");
+  std::string_view bytes(result.bytes);
+  if (bytes.front() == 'e') throw UserError(path, std::string(bytes.substr(1)));
+  bytes.remove_prefix(1);
+  std::vector<std::uint64_t> counts(2);
+  take(bytes, counts);
+  Triangles triangles{std::vector<float>(counts[0]), std::vector<std::uint32_t>(counts[1])};
+  take(bytes, triangles.places);
+  take(bytes, triangles.corners);
+  return triangles;
+}
 
 }  // namespace
 
@@ -88,14 +108,7 @@ Vector Mesh::corner(std::uint32_t triangle, std::size_t k) const {
 }
 
 void Mesh::read(const std::string& path) {
-  const MeshLibrary& library = mesh_library();
-  std::string error;
-  {
-    std::error_code absent;
-    const MemoryBound bound(std::filesystem::file_size(path, absent));
-    error = library.read(path, triangles_);
-  }
-  if (!error.empty()) throw UserError(path, error);
+  triangles_ = triangles_of(path);
   if (triangles_.size() == 0) throw UserError(path, "has no triangles");
   if (triangles_.size() > most_triangles)
     throw UserError(path, fmt::format("has {} triangles: accepted are at most {}", triangles_.size(), most_triangles));

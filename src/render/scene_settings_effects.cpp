@@ -27,7 +27,8 @@ constexpr Word picture_words[] = {
 
 // In the order of Density.
 constexpr Word density_words[] = {{"slab", "the same everywhere", "constant homogeneous"},
-                                  {"cloud", "a ball of noise of five octaves", "heterogeneous fbm"}};
+                                  {"cloud", "a ball of noise of five octaves", "heterogeneous fbm"},
+                                  {"file", "a grid of an OpenVDB file", "vdb openvdb"}};
 
 }  // namespace
 
@@ -144,7 +145,19 @@ std::vector<Setting> rows_of_effects() {
        .sentence = "Places along each side at which the density is given.",
        .field = [](Scene& s) -> Field { return &s.volume.resolution; },
        .range = at_least(2, 512),
-       .when = {"volume.density", "cloud"}},
+       .when = {"volume.density", "cloud file"}},
+      {.key = "volume.file",
+       .type = Type::file,
+       .sentence = "The file (.vdb). The box of its active voxels fills the cube along its longest side, its y upward, "
+                   "and is scaled so that its largest density is volume.extinction.",
+       .field = [](Scene& s) -> Field { return &s.volume.file; },
+       .when = {"volume.density", "file"},
+       .required = true},
+      {.key = "volume.grid",
+       .type = Type::text,
+       .sentence = "Which grid of the file.",
+       .field = [](Scene& s) -> Field { return &s.volume.grid; },
+       .when = {"volume.density", "file"}},
       {.key = "volume.seed",
        .type = Type::integer,
        .sentence = "Another seed gives another cloud.",

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "noiseloom/core/math.h"
+#include "noiseloom/image/volume.h"
 #include "noiseloom/render/noise.h"
 
 namespace noiseloom::render {
@@ -84,7 +85,52 @@ float bilinear(const Grid& grid, double x, double y, int z) {
 
 }  // namespace
 
+namespace {
+
+// The value between the middles of voxels, and 0 beyond the box.
+double between_voxels(const VolumeBox& box, double x, double y, double z) {
+  const std::array<double, 3> place = {x - 0.5, y - 0.5, z - 0.5};
+  const std::array<int, 3> sizes = {box.width, box.height, box.depth};
+  std::array<int, 3> first{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!(place[a] > -1 && place[a] < sizes[a])) return 0;
+    first[a] = static_cast<int>(std::floor(place[a]));
+  }
+  double sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    std::array<int, 3> voxel{};
+    double weight = 1;
+    bool is_inside = true;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const int side = corner >> a & 1;
+      const double part = place[a] - first[a];
+      weight *= side == 1 ? part : 1 - part;
+      voxel[a] = first[a] + side;
+      is_inside = is_inside && voxel[a] >= 0 && voxel[a] < sizes[a];
+    }
+    if (is_inside) sum += weight * static_cast<double>(box.at(voxel[0], voxel[1], voxel[2]));
+  }
+  return sum;
+}
+
+// The box stands in the middle of the cube, its y upward, where the cube's is downward.
+Grid density_of_file(const VolumeSpec& spec) {
+  const VolumeBox box = read_volume(spec.file, spec.grid);
+  const double most = static_cast<double>(*std::max_element(box.values.begin(), box.values.end()));
+  const double side = std::max({box.width, box.height, box.depth});
+  Grid grid = grid_of(spec.resolution);
+  fill(grid, [&](double x, double y, double z) {
+    return spec.extinction / most *
+           between_voxels(box, side * (x - 0.5) + 0.5 * box.width, side * (0.5 - y) + 0.5 * box.height,
+                          side * (z - 0.5) + 0.5 * box.depth);
+  });
+  return grid;
+}
+
+}  // namespace
+
 Grid make_density(const VolumeSpec& spec) {
+  if (spec.density == Density::file) return density_of_file(spec);
   if (spec.density == Density::slab) {
     Grid grid = grid_of(2);
     fill(grid, [&](double, double, double) { return spec.extinction; });

@@ -96,13 +96,13 @@ double r_of(const Places& places, const Extents& extents, const FilterSpec& filt
       footprint, mean.compute([&](SliceIndex slice) { return slices[static_cast<std::size_t>(slice)]; }, pool), sums);
 }
 
-// Measured: 0.1017 0.0890 and 0.0530; slices alone: 0.0891 0.0765 0.0459.
+// Measured: 0.1000 and 0.0893; 0.1022 and 0.0899 where slices do not hand pixels round.
 TEST(TimeStrata, AreBlue) {
   if (testing_support::under_sanitizers) GTEST_SKIP() << "asks how well, not where";
-  const Extents extents({64, 64, 16});
+  const Extents extents({32, 32, 16});
   const auto r = [&](const FilterSpec& filter) { return r_of(time_strata(extents, filter, 2, 0, 1), extents, filter); };
-  EXPECT_LT(r(product({group({0, 1}, gauss(1))})), 0.104);
-  EXPECT_LT(r(product({group({0, 1}, box(5))})), 0.092);
+  EXPECT_LT(r(product({group({0, 1}, gauss(1))})), 0.101);
+  EXPECT_LT(r(product({group({0, 1}, box(5))})), 0.0896);
 }
 
 TEST(TimeStrata, DependOnTheSeedAlone) {

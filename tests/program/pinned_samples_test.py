@@ -222,6 +222,8 @@ CONFIGS = {
     "nets of scalars, constructed":
         'texture.size = { x = 16, y = 8, t = 4 }\ntexture.samples = { space = "sobol-owen", channels = 1 }\n' + BOX_EMA +
         CONSTRUCT,
+    "strata over time":
+        'texture.size = { x = 12, y = 10, t = 20 }\ntexture.stratify = "slice+time"\n' + GAUSS_2D + ANNEAL,
     "auto, constructed, annealed in the cold":
         'texture.size = { x = 24, y = 17, t = 5 }\n'
         'filter.groups = [{ axes = "xy", kernel = "gauss", sigma = 1.0 }, { axes = "t", kernel = "ema", alpha = 0.3 }]\n'
@@ -233,7 +235,7 @@ CONFIGS = {
 
 # The number of the algorithm of each method that the checksums below belong to.
 ALGORITHMS = {
-    "anneal": 6,  # anneal_algorithm in include/noiseloom/anneal/swap_optimizer.h
+    "anneal": 7,  # anneal_algorithm in include/noiseloom/anneal/swap_optimizer.h
     "fast": 2,  # fast_algorithm, there too
     "void-and-cluster": 2,  # void_and_cluster_algorithm in include/noiseloom/construct/void_and_cluster.h
     "construct": 2,  # construct_algorithm in include/noiseloom/construct/slice_construction.h
@@ -301,6 +303,7 @@ CHECKSUMS = {
     "order, with a tail": ("a0c6fbd699ccfabf", "8f2f0b182456ab8d"),
     "nets": ("d512cc70a12dd67e",),
     "nets of scalars, constructed": ("0ef759e60d7a76d6",),
+    "strata over time": ("90118130f391c899",),
     "auto, constructed, annealed in the cold": ("7b1683df58176a13",),
     "auto, constructed, annealed": ("1b3d2ee7e8693271",),
 }

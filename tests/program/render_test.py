@@ -5,6 +5,7 @@ import json
 import re
 
 import numpy
+import PIL.Image
 import support
 
 SCENE = """
@@ -117,6 +118,45 @@ class RenderTest(support.ProgramTest):
             done = self.run_program("render", self.scene(base % name), "-o", "not", expect=2)
             self.assertIn(words, done.stderr)
         self.assertIn("holds -1", self.run_program("render", self.scene(sparse % "negative"), "-o", "not", expect=2).stderr)
+
+    def test_volumes_of_openvdb_are_read_and_wrong_ones_refused(self):
+        try:
+            import pyopenvdb
+        except ImportError:
+            self.skipTest("no pyopenvdb (python3-openvdb), which writes the files of this test")
+
+        def save(name, values, grid="density", first=(0, 0, 0), further=()):
+            made = pyopenvdb.FloatGrid()
+            made.copyFromArray(values, ijk=first)
+            for place, value in further:
+                made.getAccessor().setValueOn(place, value)
+            made.name = grid
+            pyopenvdb.write(str(self.folder / (name + ".vdb")), grids=[made])
+
+        upper = numpy.zeros((10, 20, 14), dtype="float32")  # x, y, z, of which y points upward
+        upper[:, 10:, :] = 1
+        upper[:, 0, :] = 1e-6
+        save("upper", upper)
+        save("moved", 7 * upper, first=(-13, 40, -2))
+        save("other", upper, grid="heat")
+        save("negative", -upper)
+        save("nan", upper, further=[((3, 4, 5), float("nan"))])
+        (self.folder / "words.vdb").write_text("no volume")
+        tail = '\n[volume]\ndensity = "file"\nfile = "%s.vdb"\nresolution = 16\nalbedo = 0\n'
+        for name in ("upper", "moved"):
+            self.run_program("render", self.scene(tail % name, '"images"', "free-flight"), "-o", name)
+        for file in ("results.csv", "pictures/free-flight_truth.png"):
+            self.assertEqual((self.folder / "moved" / file).read_bytes(), (self.folder / "upper" / file).read_bytes())
+        truth = numpy.asarray(PIL.Image.open(self.folder / "upper/pictures/free-flight_truth.png").convert("L"), dtype=float)
+        self.assertLess(truth[6, 16], 20)                       # black behind its density
+        self.assertGreater(truth[18, 16], 100)                  # the light behind it
+        self.assertGreater(truth[6, 2], 100)                    # beside the box
+        for name, words in (("other", 'it has "heat"'), ("negative", "holds -1e-06 at voxel 0, 0, 0"), ("nan", "holds nan at voxel"),
+                            ("words", "cannot be read as OpenVDB")):
+            done = self.run_program("render", self.scene(tail % name, effect="free-flight"), "-o", "not", expect=2)
+            self.assertIn(words, done.stderr)
+            self.assertIn(name + ".vdb", done.stderr)
+        self.assertFalse((self.folder / "not/results.csv").exists())
 
     def test_the_same_bytes_on_any_number_of_threads_and_without_vectors(self):
         scene = self.scene(outputs='"curves", "images"', effect="dither")

@@ -72,13 +72,14 @@ class SlurmCluster(ProgramTest):
 
     def ends_well(self, job, restarts=1):
         self.assertEqual(job.wait_for_end(), "COMPLETED", job.said())
-        self.assertIn(f"Restarts={restarts} ", self.cluster.run("scontrol", "show", "job", job.id))
+        self.assertEqual(job.restarts(), restarts)
         self.assertEqual(job.said().count("starting afresh"), 1, job.said())
         self.has_the_bytes()
 
     def has_the_bytes(self):
         self.assertEqual(self.samples_checksum("out.h5"), self.samples_checksum(self.straight / "out.h5"))
-        self.assertEqual([path.name for path in self.folder.glob("out.h5?*") if path.suffix != ".log"], [])
+        self.assertEqual([path.name for path in self.folder.glob("out.h5?*") if path.suffix != ".log"], [],
+                         [path.read_text() for path in self.folder.glob("*.log")])
 
     def test_a_rank_that_is_killed(self):
         job = self.submit(*TWO_NODES)

@@ -26,7 +26,10 @@ case $word in save:*) date +%N >> "${SAVED:-out.h5}" ;; esac
 exit "${word#save:}"
 """
 INFO = '#!/usr/bin/env bash\n[ "$(cat word)" = 0 ] && echo "finished after 9 iterations" || echo "not finished: iteration 3"\n'
-SCONTROL = '#!/usr/bin/env bash\necho "$*" >> requeued\n'
+SCONTROL = """#!/usr/bin/env bash
+[ "$1" != show ] || { echo "JobId=$3 Requeue=1 Restarts=${RESTARTS:-${SLURM_RESTART_COUNT:-0}} BatchFlag=1"; exit; }
+echo "$*" >> requeued
+"""
 
 
 class Slurm(ProgramTest):
@@ -117,11 +120,17 @@ class Slurm(ProgramTest):
         self.assertEqual(list(self.folder.glob("*fruitless*")), [])
 
     def test_a_job_that_cannot_be_queued_again_says_what_to_do(self):
-        self.write("scontrol", "#!/usr/bin/env bash\necho 'Requested operation is presently disabled' >&2; exit 1\n").chmod(0o755)
+        self.write("scontrol", "#!/usr/bin/env bash\n[ $1 != show ] || exit 1\necho 'Requested operation is presently disabled' >&2; exit 1\n").chmod(0o755)
         process = self.start("save:75")
         output = process.communicate(timeout=60)[0]
         self.assertEqual(process.returncode, 75, output)
         self.assertIn("submit it once more", output)
+
+    def test_a_script_on_a_node_that_was_given_up_starts_nothing_more(self):
+        """The job has begun again elsewhere, and would be queued again under its own hands."""
+        for statuses, steps in (("1 0", 1), ("137", 1), ("75", 1)):
+            self.assertEqual(self.job(statuses, RESTARTS="1"), (75, steps, False))
+        self.assertEqual(self.job("137", RESTARTS="1", SLURM_RESTART_COUNT="1"), (0, 1, True))
 
     def test_the_warning_of_the_time_limit_is_passed_on(self):
         process = self.start("signal")

@@ -38,7 +38,8 @@ namespace noiseloom {
 //   4, anneal alone: these have more features where other slices count much, not elsewhere
 //   5, anneal alone: rounds of slices that do not act on each other end in the cold
 //   6, anneal alone: features are fitted to peaks and to far samples alike, and lists of users span their bulk too
-inline constexpr std::int64_t anneal_algorithm = 6;
+//   7, anneal alone: the strata over time that it begins with are made otherwise (construct/time_strata.h)
+inline constexpr std::int64_t anneal_algorithm = 7;
 inline constexpr std::int64_t fast_algorithm = 2;
 
 // Of a slice: the id of the sample of every cell.

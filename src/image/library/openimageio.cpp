@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "image/image_library.h"
+#include "image/library/openvdb.h"
 
 namespace noiseloom {
 namespace {
@@ -199,13 +200,17 @@ class Library final : public ImageLibrary {
   }
 
   std::string error() const override { return OIIO::geterror(); }
+
+  std::string read_volume(const std::string& path, const std::string& grid, VolumeBox& volume) const override {
+    return read_openvdb(path, grid, volume);
+  }
 };
 
 }  // namespace
 }  // namespace noiseloom
 
-extern "C" [[gnu::visibility("default")]] const noiseloom::ImageLibrary* noiseloom_image_library_4();
-extern "C" const noiseloom::ImageLibrary* noiseloom_image_library_4() {
+extern "C" [[gnu::visibility("default")]] const noiseloom::ImageLibrary* noiseloom_image_library_5();
+extern "C" const noiseloom::ImageLibrary* noiseloom_image_library_5() {
   static const noiseloom::Library library;
   return &library;
 }

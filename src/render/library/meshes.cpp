@@ -137,7 +137,7 @@ class Library final : public MeshLibrary {
         if (!error.empty()) return error;
       }
     } catch (const std::bad_alloc&) {
-      return "says that it holds more than its bytes can, or more than there is memory for";
+      throw;
     } catch (const std::exception& error) {
       return std::string("cannot be read as a mesh: ") + error.what();
     }
