@@ -4,10 +4,12 @@ Each ends in the bytes of a run that nothing disturbed, or in a message that nam
 
 import errno
 import os
+import re
 import shutil
 import subprocess
+import unittest
 
-from support import KILLER, ProgramTest, main
+from support import KILLER, SOURCE, ProgramTest, main
 
 CONFIG = """
 [texture]
@@ -102,6 +104,15 @@ class Environment(ProgramTest):
                     continue
                 self.run_program("generate", "run.toml", "-o", "out.h5", "--resume", "--quiet", *every[2:])
                 self.assertEqual(self.samples_checksum("out.h5"), self.expected)
+
+
+class Faults(unittest.TestCase):
+    def test_the_table_of_faults_names_tests_that_there_are(self):
+        named = re.findall(r"`(\w+_test\.(?:py|cpp)) (\w+)`", (SOURCE / "tests/program/FAULTS.md").read_text())
+        self.assertGreater(len(named), 40)
+        for file, test in named:
+            folder = SOURCE / ("tests/program" if file.endswith(".py") else "tests/files")
+            self.assertRegex((folder / file).read_text(), rf"(def |, ){test}\(?", f"{file} {test}")
 
 
 if __name__ == "__main__":

@@ -46,7 +46,10 @@ JobCompType=jobcomp/none
 NodeName=n1 NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[1]} CPUs=8 Weight=10 State=UNKNOWN
 NodeName=n2 NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[2]} CPUs=8 Weight=10 State=UNKNOWN
 NodeName=n3 NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[3]} CPUs=8 Weight=1 State=UNKNOWN
-PartitionName=all Nodes=n1,n2,n3 Default=YES MaxTime=INFINITE State=UP
+PreemptType=preempt/partition_prio
+PreemptMode=REQUEUE
+PartitionName=all Nodes=n1,n2,n3 Default=YES MaxTime=INFINITE State=UP PriorityTier=1 GraceTime=60
+PartitionName=urgent Nodes=n1,n2,n3 MaxTime=INFINITE State=UP PriorityTier=9 PreemptMode=OFF
 """
 
 
@@ -144,6 +147,16 @@ class Cluster:
         for pid, command, variables in processes():
             if command.startswith("slurmstepd") and self.stepd_node(pid) == node:
                 os.kill(pid, signal.SIGKILL)
+
+    def kill_stepd(self, job, node):
+        """The daemon of the job's step on a node; the ranks that it started go on."""
+        for pid, command, variables in processes():
+            if command.startswith("slurmstepd") and self.stepd_node(pid) == node:
+                words = pathlib.Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace")
+                if f"[{job.id}.0]" in words:
+                    os.kill(pid, signal.SIGKILL)
+                    return
+        raise AssertionError(f"no slurmstepd of {job.id} on {node}")
 
     def stepd_node(self, pid):
         """The node of a slurmstepd, by the log that it has open."""
