@@ -2,6 +2,7 @@
 
 As root on Linux alone; part of tools/test --all."""
 
+import contextlib
 import os
 import shutil
 import signal
@@ -72,7 +73,8 @@ class Link:
     def __exit__(self, *_):
         for node in self.nodes:
             for pid in subprocess.run(["ip", "netns", "pids", node], capture_output=True, text=True).stdout.split():
-                os.kill(int(pid), signal.SIGKILL)
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(int(pid), signal.SIGKILL)
             subprocess.run(["ip", "netns", "delete", node], capture_output=True)
 
     def set(self, state):

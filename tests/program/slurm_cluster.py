@@ -148,16 +148,6 @@ class Cluster:
             if command.startswith("slurmstepd") and self.stepd_node(pid) == node:
                 os.kill(pid, signal.SIGKILL)
 
-    def kill_stepd(self, job, node):
-        """The daemon of the job's step on a node; the ranks that it started go on."""
-        for pid, command, variables in processes():
-            if command.startswith("slurmstepd") and self.stepd_node(pid) == node:
-                words = pathlib.Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace")
-                if f"[{job.id}.0]" in words:
-                    os.kill(pid, signal.SIGKILL)
-                    return
-        raise AssertionError(f"no slurmstepd of {job.id} on {node}")
-
     def stepd_node(self, pid):
         """The node of a slurmstepd, by the log that it has open."""
         links = [os.readlink(link) for link in pathlib.Path(f"/proc/{pid}/fd").iterdir() if link.is_symlink()]

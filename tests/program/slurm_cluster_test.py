@@ -114,17 +114,6 @@ class SlurmCluster(ProgramTest):
         self.assertIn("stopped by SIGTERM", job.said())
         self.ends_well(job)
 
-    def test_a_node_whose_slurmstepd_is_killed(self):
-        """Its rank lives on, and nobody has it any more: it comes to the end all the same, or the job begins again."""
-        job = self.submit(*TWO_NODES, SLURM_WAIT="3")
-        ranks = job.hold("out.h5")
-        self.cluster.kill_stepd(job, "n2")
-        job.send(ranks, signal.SIGCONT)
-        self.cluster.wait(lambda: job.restarts() > 0 or job.state() == "COMPLETED", f"an end: {job.said()}")
-        if job.restarts() > 0:
-            job.wait_for_requeue()
-        self.ends_well(job, job.restarts())
-
     def test_an_array_of_jobs_shares_a_bank(self):
         self.write("bank.toml", 'base = "run.toml"\n[vary]\n"texture.seed" = "1:6"\n')
         self.write("run.toml", CONFIG.replace("12000", "200"))
