@@ -47,7 +47,7 @@ class OrderJob : public Job {
     return save_order_run(posix_file_ops(), target.path, config_, *run_, history_, *communicator_, target.provenance);
   }
 
-  std::vector<SliceDataset> datasets() const override { return order_run_datasets(spec_.extents); }
+  std::vector<SliceDataset> datasets() const override { return order_run_datasets(config_); }
   std::string start_words() const override {
     return "drawing the first points and computing the energies of all pixels";
   }

@@ -23,13 +23,15 @@ enum class NoiseKind {
   ign,
   sobol_owen,
   sobol_rotated,
-  heitz_belcour
+  heitz_belcour,
+  tables
 };
 
 struct NoiseSpec {
   NoiseKind kind = NoiseKind::white;
   std::string name = {};                  // empty: the word of its kind
-  std::string file = {};                  // file: a run file, images or arrays; config: a config of `generate`
+  std::string file = {};                  // file: a run file, images or arrays; config: a config of `generate`;
+                                          // tables: source text
   std::vector<std::string> changes = {};  // config: as --set of `generate`
   std::string samples = "uniform";        // file: what the values mean where the file does not say
   ValuesFrom values_from = ValuesFrom::offsets;
