@@ -106,6 +106,14 @@ class SlurmCluster(ProgramTest):
         self.run_program("generate", "run.toml", "-o", "out.h5", "--resume", "--progress", "none")
         self.has_the_bytes()
 
+    def test_preempted(self):
+        job = self.submit(*ONE_NODE, "-w", "n2")
+        job.hold("out.h5")
+        self.cluster.run("sbatch", "-p", "urgent", "-w", "n2", "--exclusive", "-t", "1", "-D", self.folder, "-o", "urgent.log", "--wrap", "true")
+        job.wait_for_requeue()  # Slurm wakes the ranks for the signal
+        self.assertIn("stopped by SIGTERM", job.said())
+        self.ends_well(job)
+
     def test_an_array_of_jobs_shares_a_bank(self):
         self.write("bank.toml", 'base = "run.toml"\n[vary]\n"texture.seed" = "1:6"\n')
         self.write("run.toml", CONFIG.replace("12000", "200"))
