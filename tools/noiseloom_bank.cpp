@@ -45,7 +45,18 @@ struct BankOptions {
   std::string watchdog = "auto";
   std::string pack;
   bool pack_links = false;
+  std::string progress_to;
+  int progress = STDERR_FILENO;  // a descriptor
   ResultOptions result;
+
+  void tell(const std::string& event, std::vector<JsonMember> members) const {
+    members.insert(members.begin(), {"event", event});
+    write_text(progress, json_object(members) + "\n");
+  }
+  void warn(const std::string& line) const {
+    if (result.progress == "json") return tell("warning", {{"message", line}});
+    write_text(progress, "WARNING: " + line + "\n");
+  }
 };
 
 double bank_seconds(const std::string& option, const std::string& text, double unset) {
@@ -82,6 +93,7 @@ std::optional<int> read_bank_options(int argc, char** argv, bool prints, BankOpt
   app.add_option("--watchdog", options.watchdog, watchdog_help);
   app.add_option("--worker", options.worker_threads)->group("");
   add_result_options(app, options.result, ShowsProgress::yes, "how many members there are, and how many are done");
+  add_progress_file(app, options.progress_to);
   app.footer(
       "Under MPI: mpirun -n 8 noiseloom bank BANK.toml -o DIR --resume. Any number of such commands (an array of "
       "jobs)\n"
@@ -100,16 +112,16 @@ std::optional<int> read_bank_options(int argc, char** argv, bool prints, BankOpt
   return std::nullopt;
 }
 
-void say_member(const ResultOptions& options, const std::vector<std::pair<std::string, std::string>>& labels) {
-  if (options.quiet || options.progress == "none") return;
-  if (options.progress == "json") {
+void say_member(const BankOptions& options, const std::vector<std::pair<std::string, std::string>>& labels) {
+  if (options.result.quiet || options.result.progress == "none") return;
+  if (options.result.progress == "json") {
     std::vector<JsonMember> members;
     for (const auto& [label, text] : labels) members.emplace_back(label, text);
-    return print_error(json_object(members) + "\n");
+    return options.tell("member", std::move(members));
   }
   const auto text = [&](std::size_t i) { return labels.at(i).second; };
-  print_error(fmt::format("{} of {} done: {}{}, {} s\n", text(3), text(4), text(0),
-                          text(1).empty() ? "" : "  R " + text(1), text(2)));
+  write_text(options.progress, fmt::format("{} of {} done: {}{}, {} s\n", text(3), text(4), text(0),
+                                           text(1).empty() ? "" : "  R " + text(1), text(2)));
 }
 
 std::unique_ptr<RunLock> make_ready(const Bank& bank, const BankOptions& options) {
@@ -132,6 +144,9 @@ int conclude_bank(const Bank& bank, const BankOptions& options, bool stopped, in
     if (stopped || failed == exit_done) status = exit_stopped;
   } else if (!options.pack.empty()) {
     pack_bank(bank, options.request.folder, options.pack, options.pack_links ? PackKind::links : PackKind::copied);
+  }
+  if (options.result.progress == "json" && !options.result.quiet) {
+    options.tell("summary", {{"index", index}, {"done", done}, {"members", all}, {"status", std::int64_t{status}}});
   }
   print_result(options.result, fmt::format("{} of {} members done: {}{}\n", done, all, index, rest),
                json_object({{"index", index}, {"done", done}, {"members", all}}) + "\n");
@@ -156,14 +171,15 @@ int work_under_mpi(const Communicator& communicator, int argc, char** argv) {
   });
   if (status) return *status;
   std::unique_ptr<RunLock> presence;
+  communicator.together([&] { options.progress = open_progress_file(options.progress_to); });
   communicator.on_root([&] {
     if (options.worker_threads == 0) presence = make_ready(bank, options);
   });
   options.request.threads = options.worker_threads > 0 ? options.worker_threads : std::max(1, options.threads);
   const BankResult result = work_on_bank(
       bank, options.request, communicator,
-      [&](const std::vector<std::pair<std::string, std::string>>& labels) { say_member(options.result, labels); },
-      [](const std::string& line) { print_error("WARNING: " + line + "\n"); });
+      [&](const std::vector<std::pair<std::string, std::string>>& labels) { say_member(options, labels); },
+      [&](const std::string& line) { options.warn(line); });
   const int failed = status_of(result.faults);
   if (options.worker_threads > 0) return result.stopped ? exit_stopped : failed;  // it has said what failed
   int ends_with = exit_done;
@@ -276,6 +292,7 @@ int run_bank_alone(int argc, char** argv) {
     flush_standard_output();
     return *status;
   }
+  options.progress = open_progress_file(options.progress_to);
   StopSignals signals;
   const Bank bank = load_bank(options.bank, options.overrides);
   const std::unique_ptr<RunLock> presence = make_ready(bank, options);

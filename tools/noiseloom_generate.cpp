@@ -1,6 +1,7 @@
 // generate: the options and the exit status of a run; the run itself is run/generate.h.
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <charconv>
@@ -32,7 +33,15 @@ struct Words {
   std::string checkpoint_every;
   std::string threads;
   std::string watchdog = "auto";
+  std::string progress_to;
   ResultOptions result;
+};
+
+// What is shown while the run goes on, where, and at its end.
+struct Shown {
+  ProgressKind kind = ProgressKind::silent;
+  std::string progress_to;
+  bool json = false;
 };
 
 double seconds_of(const std::string& option, const std::string& text) {
@@ -68,6 +77,7 @@ void describe_options(CLI::App& app, GenerateRequest& request, Words& words) {
                  "threads of each rank (default: the node's processors shared by its ranks)");
   app.add_option("--watchdog", words.watchdog, watchdog_help);
   add_result_options(app, words.result, ShowsProgress::yes);
+  add_progress_file(app, words.progress_to);
   app.footer(
       "Under MPI: mpirun -n 4 noiseloom generate CONFIG -o RUN.h5. A signal (USR1, USR2, TERM, INT, HUP, XCPU) or a "
       "log\n"
@@ -78,8 +88,7 @@ void describe_options(CLI::App& app, GenerateRequest& request, Words& words) {
 }
 
 // Returns an exit status where the command line itself ends the command (--help).
-std::optional<int> read_command_line(int argc, char** argv, bool is_root, GenerateRequest& request, ProgressKind& kind,
-                                     bool& json) {
+std::optional<int> read_command_line(int argc, char** argv, bool is_root, GenerateRequest& request, Shown& shown) {
   CLI::App app(
       "Makes the texture that a config describes and writes it, with all that is needed to go on, to a run file.");
   Words words;
@@ -94,15 +103,17 @@ std::optional<int> read_command_line(int argc, char** argv, bool is_root, Genera
   if (request.resume && request.overwrite) {
     throw UserError("command line", "--resume and --overwrite exclude each other");
   }
-  json = words.result.json;
-  kind = progress_kind(words.result.progress);
-  if (words.result.quiet) kind = ProgressKind::quiet;
-  if (!is_root) kind = ProgressKind::silent;
+  shown.json = words.result.json;
+  shown.progress_to = words.progress_to;
+  const bool to_file = !words.progress_to.empty() && words.result.progress == "auto";
+  shown.kind = to_file ? ProgressKind::plain : progress_kind(words.result.progress);
+  if (words.result.quiet) shown.kind = ProgressKind::quiet;
+  if (!is_root) shown.kind = ProgressKind::silent;
   return std::nullopt;
 }
 
 // The numbers from the run file, then what people read.
-void print_json_summary(const GenerateResult& result, const std::string& output) {
+std::vector<JsonMember> json_summary(const GenerateResult& result, const std::string& output) {
   const RunFileReader reader = open_to_look_at(output);
   const RunFileContent& content = reader.content();
   std::vector<JsonMember> members = {{"output", output}};
@@ -111,14 +122,15 @@ void print_json_summary(const GenerateResult& result, const std::string& output)
   if (const auto found = content.checksums.find("/samples"); found != content.checksums.end())
     members.emplace_back("checksum", found->second);
   for (const auto& [label, text] : result.summary) members.emplace_back(label, text);
-  fmt::print("{}\n", json_object(members));
+  return members;
 }
 
 // The run file is complete by now: that its summary cannot be printed is worth a warning only.
 void print_summary(const GenerateResult& result, const std::string& output, bool json, Progress& progress) {
   try {
+    progress.tell("summary", progress.is_json() ? json_summary(result, output) : std::vector<JsonMember>());
     if (json) {
-      print_json_summary(result, output);
+      fmt::print("{}\n", json_object(json_summary(result, output)));
     } else {
       fmt::print("\n");
       for (const auto& [label, text] : result.summary) fmt::print("{:<12} {}\n", label, text);
@@ -138,21 +150,24 @@ std::string words_for_mpirun() {
 
 int run_job(const Communicator& communicator, int argc, char** argv) {
   GenerateRequest request;
-  ProgressKind kind = ProgressKind::silent;
-  bool json = false;
+  Shown shown;
   std::optional<int> status;
-  communicator.together([&] { status = read_command_line(argc, argv, communicator.is_root(), request, kind, json); });
+  communicator.together([&] { status = read_command_line(argc, argv, communicator.is_root(), request, shown); });
   if (status) {
     communicator.on_root(flush_standard_output);
     return *status;
   }
-  Progress progress(kind);
+  int descriptor = STDERR_FILENO;
+  communicator.on_root([&] { descriptor = open_progress_file(shown.progress_to); });
+  Progress progress(shown.kind, descriptor);
   const GenerateResult result = generate(request, communicator, progress);
   if (!result.finished) {
     progress.conclude(result.conclusion + words_for_mpirun());
     return exit_stopped;
   }
-  if (communicator.is_root() && kind != ProgressKind::quiet) print_summary(result, request.output, json, progress);
+  if (communicator.is_root() && shown.kind != ProgressKind::quiet) {
+    print_summary(result, request.output, shown.json, progress);
+  }
   return exit_done;
 }
 
@@ -161,10 +176,9 @@ int run_job(const Communicator& communicator, int argc, char** argv) {
 // A run that goes on has its images in its run file.
 void prepare_images(int argc, char** argv) {
   GenerateRequest request;
-  ProgressKind kind = ProgressKind::silent;
-  bool json = false;
+  Shown shown;
   try {
-    if (read_command_line(argc, argv, false, request, kind, json)) return;
+    if (read_command_line(argc, argv, false, request, shown)) return;
   } catch (const std::exception&) {
     return;  // said when all ranks have read it
   }

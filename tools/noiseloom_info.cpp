@@ -1,14 +1,19 @@
 // info: what a run file holds and how far it got.
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <filesystem>
 #include <optional>
+#include <thread>
 
 #include "noiseloom/config/stored_config.h"
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/json.h"
+#include "noiseloom/core/standard_streams.h"
+#include "noiseloom/files/file_ops.h"
 #include "noiseloom/files/generations.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom/run/construct_checkpoint.h"
@@ -162,15 +167,19 @@ Checked check(const RunFileReader& reader) {
   return checked;
 }
 
+void print_state(const RunFileContent& content, const std::string& path, const Checked& checked) {
+  if (checked.order) print_progress(*checked.order, content.extents.num_cells());
+  if (checked.engine) print_progress(*checked.engine, stored_config(content, path).optimizer.stop);
+  if (checked.construct) print_progress(*checked.construct, content.extents.num_cells());
+}
+
 void print_text(const std::string& path, const RunFileContent& content, const Checked& checked) {
   const auto& [order, engine, construct] = checked;
   fmt::print("{}: {}", path, content.extents.to_string());
   for (int axis = 0; axis < content.extents.num_axes(); ++axis)
     fmt::print("{}{}", axis == 0 ? " (" : ", ", content.extents.name(axis));
   fmt::print(")\n");
-  if (order) print_progress(*order, content.extents.num_cells());
-  if (engine) print_progress(*engine, stored_config(content, path).optimizer.stop);
-  if (construct) print_progress(*construct, content.extents.num_cells());
+  print_state(content, path, checked);
   if (const std::string previous = previous_generation(path); std::filesystem::exists(previous)) {
     fmt::print("  {}: the generation before it\n", previous);
   }
@@ -191,6 +200,43 @@ void print_text(const std::string& path, const RunFileContent& content, const Ch
   fmt::print("\nconfig\n{}", content.config);
 }
 
+// What tells a file from another one that has taken its place; "" where there is none.
+std::string generation_at(const std::string& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return "";
+  return fmt::format("{} {}.{:09}", status.st_ino, status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
+}
+
+// Says how far a run has come, whenever it is saved, until it is finished or nobody works on it any more.
+int follow_run(const std::string& path, const ResultOptions& result) {
+  constexpr std::chrono::milliseconds pause{300};
+  std::string seen;
+  for (;;) {
+    const bool is_worked_on = std::filesystem::exists(follow_links(path) + ".lock");  // asked first: it ends last
+    const std::string now = generation_at(path);
+    if (now != seen || (now.empty() && !is_worked_on)) {
+      const RunFileReader reader = open_to_look_at(path);
+      const RunFileContent& content = reader.content();
+      const Checked checked = check(reader);
+      if (result.json) {
+        fmt::print("{{\"saved_at\": {}, \"state\": {}}}\n", json_of(content.provenance.at("saved_at")),
+                   json_object(content.state));
+      } else if (!result.quiet) {
+        fmt::print("{}  ", text_of(content.provenance.at("saved_at")));
+        print_state(content, path, checked);
+      }
+      flush_standard_output();
+      const auto finished = content.state.find("finished");
+      if (finished != content.state.end() && !text_of(finished->second).empty()) return exit_done;
+      seen = now;
+    } else if (!is_worked_on) {
+      print_error(fmt::format("{}: nobody works on it; go on with generate --resume\n", path));
+      return exit_stopped;
+    }
+    std::this_thread::sleep_for(pause);
+  }
+}
+
 }  // namespace
 
 int run_info(int argc, char** argv) {
@@ -198,9 +244,14 @@ int run_info(int argc, char** argv) {
   app.name("noiseloom info");
   std::string path;
   ResultOptions result;
+  bool follow = false;
   app.add_option("RUN", path, "run file")->required();
+  app.add_flag("--follow", follow,
+               "say how far the run is whenever it is saved, until it is finished (exit 0) or nobody works on it (75); "
+               "with --json an object a line");
   add_result_options(app, result, ShowsProgress::no, "everything, the whole history too");
   if (const auto status = read_options(app, argc - 1, argv + 1)) return *status;
+  if (follow) return follow_run(path, result);
   const RunFileReader reader = open_to_look_at(path);
   if (!reader.change().empty()) print_error(fmt::format("WARNING: {}: {}\n", path, reader.change()));
   const Checked checked = check(reader);

@@ -1,7 +1,10 @@
 #include "noiseloom_options.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -55,6 +58,21 @@ void add_result_options(CLI::App& app, ResultOptions& options, ShowsProgress pro
   }
   app.add_flag("--quiet", options.quiet, "print nothing but warnings and errors, not even the result");
   app.add_flag("--json", options.json, "the result as one JSON object" + (json.empty() ? "" : ": " + json));
+}
+
+void add_progress_file(CLI::App& app, std::string& path) {
+  app.add_option("--progress-to", path,
+                 "progress and warnings go to this file (appended; /dev/fd/3, a FIFO) instead of standard error: with "
+                 "--progress json a stream of JSON objects and nothing else, whatever the launcher prints");
+}
+
+int open_progress_file(const std::string& path) {
+  if (path.empty()) return STDERR_FILENO;
+  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  if (file < 0) {
+    throw EnvironmentError(fmt::format("{}: cannot write progress: {}", path, std::system_category().message(errno)));
+  }
+  return file;
 }
 
 void ResultOptions::say(const std::string& line) const {

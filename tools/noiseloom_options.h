@@ -25,6 +25,10 @@ struct ResultOptions {
 enum class ShowsProgress { no, yes };
 // --quiet and --json, and --progress for commands that show some. `json` says what the object holds, or "".
 void add_result_options(CLI::App& app, ResultOptions& options, ShowsProgress progress, const std::string& json = "");
+// --progress-to FILE: where progress and warnings go instead of standard error, which launchers write to as well.
+void add_progress_file(CLI::App& app, std::string& path);
+// A descriptor of that file, to append to; standard error where none is named. Throws EnvironmentError.
+int open_progress_file(const std::string& path);
 // The one of the two texts that is wanted, or neither.
 void print_result(const ResultOptions& options, const std::string& text, const std::string& json);
 

@@ -59,6 +59,7 @@ std::string memory(const RunPlan& plan) {
                                 .number("slices", most.texture)
                                 .number("halo", most.halo)
                                 .number("filter", most.filter)
+                                .number("inputs", most.inputs)
                                 .number("threads", most.threads)
                                 .number("at_start", most.at_start)
                                 .number("at_move", most.at_move)

@@ -78,6 +78,9 @@ void add_memory(const RunPlan& plan, Lines& lines) {
   const PlanMemory& most = plan.most;
   lines.add("", "program {}, slices {}, halo {}, filter {}, threads {}", bytes_text(most.program),
             bytes_text(most.texture), bytes_text(most.halo), bytes_text(most.filter), bytes_text(most.threads));
+  if (most.inputs > 0) {
+    lines.add("", "files {}{}", bytes_text(most.inputs), plan.request.ranks > 1 ? ", once a node" : "");
+  }
   lines.add("", "and for a while: start {}, moves {}, scores {}, saves {}", bytes_text(most.at_start),
             bytes_text(most.at_move), bytes_text(most.at_score), bytes_text(most.at_save));
   lines.add("run file", "{}; {} on disk at a save, when two generations and the new file are there",

@@ -8,6 +8,7 @@
 
 #include "noiseloom/config/config.h"
 #include "noiseloom/image/texture_file.h"
+#include "noiseloom/measure/members.h"
 #include "noiseloom/report/report.h"
 
 namespace noiseloom {
@@ -29,6 +30,9 @@ int run_published(const std::string& command, const std::vector<std::string>& wo
 
 // "a.png", "a.png and b.png", "32 files: a_0.png to a_31.png".
 std::string list_of_files(const std::vector<std::string>& files);
+
+// The members of a bank's folder that are done. Throws UserError where it holds none.
+std::vector<MemberFile> member_files(const std::string& folder);
 
 // noiseloom beside this program, else the one in PATH.
 std::string program_beside();

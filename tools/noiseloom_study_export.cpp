@@ -1,6 +1,7 @@
 // export: run files to images and arrays.
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -8,10 +9,14 @@
 
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/json.h"
+#include "noiseloom/core/parallel.h"
+#include "noiseloom/files/npz.h"
+#include "noiseloom/files/output_files.h"
 #include "noiseloom/image/consumers.h"
 #include "noiseloom/image/export.h"
 #include "noiseloom/image/export_importance.h"
 #include "noiseloom/image/export_pack.h"
+#include "noiseloom/measure/covariance.h"
 #include "noiseloom_options.h"
 #include "noiseloom_study.h"
 
@@ -23,8 +28,38 @@ struct ExportArguments {
   std::string packing;
   ExportOptions options;
   std::string importance;
+  bool covariance = false;
   ResultOptions result;
 };
+
+// The mean, the spectrum and the factor of the planes of a bank's members (or of one run file), for NumPy.
+void run_covariance(const ExportArguments& arguments) {
+  const std::string& from = arguments.files.front();
+  const std::string& output = arguments.options.output;
+  if (!output.ends_with(".npz")) throw UserError(output, "--covariance writes NumPy's .npz; choose such a name");
+  std::vector<std::string> paths = {from};
+  if (std::filesystem::is_directory(from)) {
+    paths.clear();
+    for (const MemberFile& member : member_files(from)) paths.push_back(member.path);
+    if (paths.empty()) throw UserError(from, "none of its members is done");
+  }
+  OutputFiles files(posix_file_ops(), arguments.options.overwrite);
+  const std::string temporary = files.add(output);
+  ThreadPool pool(num_available_processors());
+  const PlaneCovariance found = plane_covariance(paths, pool);
+  const std::vector<std::int64_t> plane = {found.height, found.width};
+  const std::int64_t pixels = static_cast<std::int64_t>(found.height) * found.width;
+  write_npz(
+      temporary,
+      {{"mean", plane, found.mean}, {"spectrum", plane, found.spectrum}, {"cholesky", {pixels, pixels}, found.factor}});
+  files.commit();
+  print_result(
+      arguments.result,
+      fmt::format("wrote {}: mean, spectrum and cholesky of {} planes of {} members\n", output, found.planes,
+                  paths.size()),
+      json_object({{"files", output}, {"planes", found.planes}, {"members", static_cast<std::int64_t>(paths.size())}}) +
+          "\n");
+}
 
 std::string json_list_of(const std::vector<std::string>& texts) {
   std::string list;
@@ -162,6 +197,11 @@ void add_export(CLI::App& app) {
       "MAP: which pixels a scalar mask samples in each frame under an importance map (an image or .npy, "
       "0 to 1):\nthose whose importance is above the mask. PNGs, and coverage.csv: the share sampled so "
       "far");
+  command->add_flag(
+      "--covariance", arguments->covariance,
+      "Of a bank's folder (or one run file) of one channel and at most 64 x 64 pixels: mean, spectrum and "
+      "Cholesky\nfactor of its planes as an .npz; L z of normal numbers z is Gaussian noise as blue as "
+      "they are");
   command->add_flag("--overwrite", options.overwrite, "Replace files that exist");
   add_result_options(*command, arguments->result, ShowsProgress::no, "the files that were written");
   command->footer(
@@ -180,6 +220,7 @@ void add_export(CLI::App& app) {
       "  noiseloom export lens.h5 time.h5 -o both.ktx2 --pack RG=lens,B=time,A=1\n"
       "  noiseloom export run.h5 -o textures/ --for unreal                 as Unreal Engine takes it\n"
       "  noiseloom export run.h5 -o noise.hlsl --layout function           shader code that reads such a texture\n"
+      "  noiseloom export seeds/ -o seeds.npz --covariance                for noise that diffuses to such textures\n"
       "  noiseloom export mask.h5 -o points/ --threshold 0.1               the earliest tenth of the pixels, as "
       "points\n");
   command->callback([arguments] {
@@ -202,6 +243,7 @@ void add_export(CLI::App& app) {
                                                   "noiseloom export --help",
                                                   arguments->files[1]));
     if (!arguments->importance.empty()) return run_importance(*arguments);
+    if (arguments->covariance) return run_covariance(*arguments);
     run_export(arguments->files.front(), *arguments);
   });
 }

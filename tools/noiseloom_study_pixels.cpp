@@ -32,7 +32,7 @@ void write_pixels(const std::string& path) {
   }
   PixelsHeader header;
   for (std::size_t axis = 0; axis < 3; ++axis) header.sizes[axis] = static_cast<std::uint64_t>(pixels->shape[axis]);
-  const auto& values = std::get<std::vector<float>>(pixels->values);
+  const auto& values = std::get<SharedValues<float>>(pixels->values);
   write(header, values.data(), values.size() * sizeof(float));
 }
 

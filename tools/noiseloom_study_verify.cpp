@@ -1,10 +1,13 @@
 // verify: what textures are, and what is wrong with them.
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
 #include "noiseloom/core/parallel.h"
+#include "noiseloom/files/bank_index.h"
+#include "noiseloom/measure/members.h"
 #include "noiseloom/measure/verify.h"
 #include "noiseloom_options.h"
 #include "noiseloom_study.h"
@@ -19,6 +22,11 @@ struct VerifyArguments {
   ResultOptions result;
 };
 
+bool is_bank(const std::string& name) {
+  std::error_code unknown;
+  return std::filesystem::is_directory(name, unknown) && std::filesystem::exists(index_path(name), unknown);
+}
+
 int run_verify(const VerifyArguments& arguments) {
   ThreadPool pool(threads_of(arguments.texture));
   std::string text;
@@ -26,6 +34,13 @@ int run_verify(const VerifyArguments& arguments) {
   bool sound = true;
   for (const std::string& name : arguments.texture.files) {
     try {
+      if (is_bank(name)) {
+        const MembersVerification found = verify_members(member_files(name), pool);
+        sound = sound && found.is_sound();
+        if (!text.empty()) text += arguments.result.json ? ",\n " : "\n";
+        text += (arguments.result.json ? members_json : members_text)(found, name);
+        continue;
+      }
       const std::optional<RunConfig> config = config_of(arguments.texture, name);
       const StoredTexture stored = load_stored_texture(name, config, arguments.texture.reading);
       const Verification verification = verify_texture(stored, name, config.has_value(), pool);
@@ -43,6 +58,14 @@ int run_verify(const VerifyArguments& arguments) {
 
 }  // namespace
 
+std::vector<MemberFile> member_files(const std::string& folder) {
+  std::vector<MemberFile> files;
+  for (const DoneMember& member : done_members(folder)) {
+    files.push_back({member.name, member_path(folder, member.name), member.checksum, member.settings});
+  }
+  return files;
+}
+
 void add_verify(CLI::App& app, int& status) {
   const auto arguments = std::make_shared<VerifyArguments>();
   auto* const command = app.add_subcommand("verify", "What a texture is, and what is wrong with it");
@@ -57,8 +80,12 @@ void add_verify(CLI::App& app, int& status) {
       "under\n"
       "the filters that textures are published for. What chance could have made with odds above one in a million is "
       "no\n"
-      "fault. Exit status 3 where something is wrong.\n\n"
+      "fault. Exit status 3 where something is wrong.\n"
+      "Of a bank's folder: whether its members are correlated, at any shift and in any band of frequencies, and alike "
+      "in\n"
+      "distribution.\n\n"
       "  noiseloom verify stbn_vec2_2Dx1D_128x128x64_{}.png\n"
+      "  noiseloom verify seeds                                    the folder that noiseloom bank made\n"
       "  noiseloom verify mine.ktx2 --set texture.samples=disk     what the values are, where the file does not say\n");
   command->callback([arguments, &status] { status = run_verify(*arguments); });
 }

@@ -73,8 +73,25 @@ Contents contents_of(const std::string& key) {
 bool are_floats(Contents contents) { return contents != Contents::taps; }
 
 bool is_of_type(Contents contents, const InputArray& array) {
-  return std::holds_alternative<std::vector<float>>(array.values) == are_floats(contents) &&
+  return std::holds_alternative<SharedValues<float>>(array.values) == are_floats(contents) &&
          (contents != Contents::density || array.shape.size() == 2);
+}
+
+std::uint64_t num_values(const std::vector<std::int64_t>& shape) {
+  std::uint64_t values = 1;
+  for (const std::int64_t size : shape) values *= narrow<std::uint64_t>(size);
+  return values;
+}
+
+// The shape of each file's contents: of what the config holds, else of what its header says. An image is read whole.
+void for_each_shape(const RunConfig& config,
+                    const std::function<void(Contents, const std::vector<std::int64_t>& shape)>& visit) {
+  for_each_file(config,
+                [&](const std::string&, Contents contents, const std::string& path, const InputArrayPtr& array) {
+                  visit(contents, array                           ? array->shape
+                                  : contents == Contents::density ? read(config, contents, path)->shape
+                                                                  : read_npy_shape(path));
+                });
 }
 
 }  // namespace
@@ -103,18 +120,20 @@ std::vector<RunFileInput> inputs_of(const RunConfig& config) {
 
 std::uint64_t inputs_bytes(const RunConfig& config) {
   std::uint64_t bytes = 0;
-  for_each_file(config,
-                [&](const std::string&, Contents contents, const std::string& path, const InputArrayPtr& array) {
-                  constexpr std::uint64_t structure = 1024;
-                  std::uint64_t values = 1;
-                  const bool has_header = contents != Contents::density;  // an image is read whole
-                  for (const std::int64_t size : array        ? array->shape
-                                                 : has_header ? read_npy_shape(path)
-                                                              : read(config, contents, path)->shape) {
-                    values *= narrow<std::uint64_t>(size);
-                  }
-                  bytes += structure + values * (are_floats(contents) ? sizeof(float) : sizeof(double));
-                });
+  for_each_shape(config, [&](Contents contents, const std::vector<std::int64_t>& shape) {
+    constexpr std::uint64_t structure = 1024;
+    bytes += structure + num_values(shape) * (are_floats(contents) ? sizeof(float) : sizeof(double));
+  });
+  return bytes;
+}
+
+double inputs_memory(const RunConfig& config) {
+  double bytes = 0;
+  for_each_shape(config, [&](Contents contents, const std::vector<std::int64_t>& shape) {
+    const auto values = static_cast<double>(num_values(shape));
+    bytes += values * (are_floats(contents) ? sizeof(float) : sizeof(double));
+    if (contents == Contents::density) bytes += values * sizeof(std::uint64_t);
+  });
   return bytes;
 }
 
@@ -126,7 +145,7 @@ void take_inputs(RunConfig& config, const std::vector<RunFileInput>& inputs, con
     });
     if (found == inputs.end()) return;
     if (!is_of_type(contents, *found->array)) {
-      const bool holds_floats = std::holds_alternative<std::vector<float>>(found->array->values);
+      const bool holds_floats = std::holds_alternative<SharedValues<float>>(found->array->values);
       throw UserError(path,
                       holds_floats != are_floats(contents)
                           ? fmt::format("/inputs/{}: holds {}, but must be {}", found->key,
@@ -155,7 +174,7 @@ std::vector<InputNote> notes_on_inputs(const RunConfig& config) {
     }
     if (contents != Contents::taps) return;
     const InputArrayPtr held = array ? array : read(config, contents, path);
-    const auto& taps = std::get<std::vector<double>>(held->values);
+    const auto& taps = std::get<SharedValues<double>>(held->values);
     const auto negative = std::count_if(taps.begin(), taps.end(), [](double tap) { return tap < 0; });
     if (negative == 0) return;
     notes.push_back(

@@ -144,6 +144,28 @@ void check_order_combine(Reader& reader, const Value& root) {
   }
 }
 
+// Of the order alone come scalars; along a curve it hands out the samples of each slice.
+void check_order_samples(Reader& reader, const Value& root, const RunConfig& config) {
+  const SampleSpec& spec = config.problem.samples;
+  const Value* samples = find_at(root, "texture.samples");
+  if (samples == nullptr || !reader.decided("texture.samples.space")) return;
+  if (spec.curve == Curve::none) {
+    if (spec.space == "uniform") return;
+    return reader.fault(*samples, "texture.samples",
+                        fmt::format("{}they must be \"uniform\", as the order of the pixels makes the values; or "
+                                    "vector2, vector3 or vector4 along a curve (optimizer.curve)",
+                                    with));
+  }
+  const Value* curve = find_at(root, "optimizer.curve");
+  if (config.order.equalize != Equalize::slice) {
+    reader.fault(*curve, "optimizer.curve",
+                 fmt::format("{}it hands out the samples of each slice: add equalize = \"slice\"", with));
+  }
+  if (config.order.bits > 0) {
+    reader.fault(*find_at(root, "optimizer.bits"), "optimizer.bits", "is for scalars; export rounds vectors");
+  }
+}
+
 void check_order_group(Reader& reader, const Value& value, const GroupSpec& group, const std::string& shown) {
   const Value* kernel = find_at(value, "kernel");
   if (is_other_word(kernel, reader.kind().row("filter.groups[].kernel"), "gauss-energy")) {
@@ -282,11 +304,7 @@ void check_method(Reader& reader, const Value& root, const Owners& owners) {
   if (config.optimizer.method == Method::automatic) return check_auto(reader, root, config);
   if (config.optimizer.method == Method::construct) check_construct(reader, root, config);
   if (config.optimizer.method != Method::void_and_cluster) return;
-  const Value* samples = find_at(root, "texture.samples");
-  if (samples != nullptr && reader.decided("texture.samples.space") && config.problem.samples.space != "uniform") {
-    reader.fault(*samples, "texture.samples",
-                 fmt::format("{}they must be \"uniform\": the order of the pixels makes the values", with));
-  }
+  check_order_samples(reader, root, config);
   const Value* groups = find_at(root, "filter.groups");
   if (groups == nullptr || groups->array() == nullptr || groups->array()->empty()) return;
   check_order_combine(reader, root);

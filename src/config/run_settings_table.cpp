@@ -50,6 +50,7 @@ constexpr Word equalize_table[] = {
 constexpr Condition with_method(std::string_view word) { return {"optimizer.method", word}; }
 constexpr Condition with_swaps = {"optimizer.method", "anneal fast construct auto"};
 constexpr Condition with_construction = {"optimizer.method", "construct auto"};
+constexpr Condition with_points_in_voids = {"optimizer.method", "construct auto void-and-cluster"};
 constexpr Condition with_annealing = {"optimizer.method", "anneal construct auto"};
 
 std::vector<Setting> rows() {
@@ -96,7 +97,8 @@ std::vector<Setting> rows() {
       {.key = "optimizer.method",
        .type = Type::word,
        .sentence =
-           "The algorithm. void-and-cluster needs samples \"uniform\" and gauss-energy kernels, and combine "
+           "The algorithm. void-and-cluster needs samples \"uniform\" or a curve, and gauss-energy kernels, and "
+           "combine "
            "\"sum\" where there are several groups; construct needs samples of one channel, and anneals what it "
            "has made where there is a stop rule.",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.method; },
@@ -228,11 +230,11 @@ std::vector<Setting> rows() {
       {.key = "optimizer.curve",
        .type = Type::word,
        .sentence =
-           "For samples vector2, vector3 and vector4: a curve that orders them, so that they are constructed as "
-           "scalars are. Quicker than annealing, and not as good.",
+           "For samples vector2, vector3 and vector4: a curve that orders them, so that they are made as scalars are. "
+           "Quicker than annealing, and not as good. With void-and-cluster it needs equalize = \"slice\".",
        .field = [](RunConfig& c) -> Field { return &c.problem.samples.curve; },
        .words = curve_table,
-       .when = with_construction,
+       .when = with_points_in_voids,
        .zero_is_unset = true},
       {.key = "optimizer.bounded",
        .type = Type::custom,

@@ -11,6 +11,7 @@ std::atomic<Activity::Kind> present_kind{Activity::Kind::computing};
 std::atomic<const char*> present_words{"starts"};
 std::atomic<int> present_other{-1};
 std::atomic<std::uint64_t> steps{0};
+std::atomic<std::int64_t> waited_ns{0};
 
 void set_activity(const Activity::Now& now) {
   present_kind.store(now.kind, std::memory_order_relaxed);
@@ -20,9 +21,19 @@ void set_activity(const Activity::Now& now) {
 
 }  // namespace
 
-Activity::Activity(Kind kind, const char* words, Rank other) : before_(now()) { set_activity({kind, words, other}); }
+Activity::Activity(Kind kind, const char* words, Rank other) : before_(now()) {
+  if (kind == Kind::waiting && before_.kind != Kind::waiting) begun_ = std::chrono::steady_clock::now();
+  set_activity({kind, words, other});
+}
 
-Activity::~Activity() { set_activity(before_); }
+Activity::~Activity() {
+  set_activity(before_);
+  if (begun_ == std::chrono::steady_clock::time_point{}) return;
+  const std::chrono::nanoseconds waited = std::chrono::steady_clock::now() - begun_;
+  waited_ns.fetch_add(waited.count(), std::memory_order_relaxed);
+}
+
+double seconds_waited() { return 1e-9 * static_cast<double>(waited_ns.load(std::memory_order_relaxed)); }
 
 Activity::Now Activity::now() {
   return {present_kind.load(std::memory_order_relaxed), present_words.load(std::memory_order_relaxed),

@@ -10,6 +10,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <sstream>
@@ -30,22 +31,60 @@ std::string this_host() {
   return host.data();
 }
 
-// The IPv4 addresses of this machine that others may reach, then the one that itself alone can.
+// An address of either kind; a text that is none has no length.
+struct Address {
+  sockaddr_storage storage{};
+  socklen_t size = 0;
+
+  const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&storage); }
+  sockaddr* get() { return reinterpret_cast<sockaddr*>(&storage); }
+  int family() const { return storage.ss_family; }
+};
+
+Address parse_address(const std::string& text, int port) {
+  Address address;
+  sockaddr_in v4{};
+  sockaddr_in6 v6{};
+  v4.sin_family = AF_INET;
+  v6.sin6_family = AF_INET6;
+  v4.sin_port = v6.sin6_port = htons(static_cast<std::uint16_t>(port));
+  if (::inet_pton(AF_INET, text.c_str(), &v4.sin_addr) == 1) {
+    std::memcpy(&address.storage, &v4, sizeof v4);
+    address.size = sizeof v4;
+  } else if (::inet_pton(AF_INET6, text.c_str(), &v6.sin6_addr) == 1) {
+    std::memcpy(&address.storage, &v6, sizeof v6);
+    address.size = sizeof v6;
+  }
+  return address;
+}
+
+// "" for what no other machine could use: other kinds, and addresses that hold on one link alone.
+std::string address_text(const sockaddr* address) {
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  const char* found = nullptr;
+  if (address->sa_family == AF_INET) {
+    sockaddr_in v4{};
+    std::memcpy(&v4, address, sizeof v4);
+    found = ::inet_ntop(AF_INET, &v4.sin_addr, text.data(), text.size());
+  } else if (address->sa_family == AF_INET6) {
+    sockaddr_in6 v6{};
+    std::memcpy(&v6, address, sizeof v6);
+    if (!IN6_IS_ADDR_LINKLOCAL(&v6.sin6_addr)) found = ::inet_ntop(AF_INET6, &v6.sin6_addr, text.data(), text.size());
+  }
+  return found != nullptr ? found : "";
+}
+
+// The addresses of this machine that others may reach, then those that itself alone can.
 std::vector<std::string> own_addresses() {
   std::vector<std::string> addresses;
   ifaddrs* all = nullptr;
-  if (::getifaddrs(&all) != 0) return {"127.0.0.1"};
+  if (::getifaddrs(&all) != 0) return {"::1", "127.0.0.1"};
   for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
-    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
-    if ((one->ifa_flags & IFF_UP) == 0 || (one->ifa_flags & IFF_LOOPBACK) != 0) continue;
-    sockaddr_in address{};
-    std::memcpy(&address, one->ifa_addr, sizeof address);
-    std::array<char, INET_ADDRSTRLEN> text{};
-    if (::inet_ntop(AF_INET, &address.sin_addr, text.data(), text.size()) != nullptr) {
-      addresses.emplace_back(text.data());
-    }
+    if (one->ifa_addr == nullptr || (one->ifa_flags & IFF_UP) == 0 || (one->ifa_flags & IFF_LOOPBACK) != 0) continue;
+    if (std::string text = address_text(one->ifa_addr); !text.empty()) addresses.push_back(std::move(text));
   }
   ::freeifaddrs(all);
+  addresses.emplace_back("::1");
   addresses.emplace_back("127.0.0.1");
   return addresses;
 }
@@ -56,12 +95,11 @@ bool wait_for(const Socket& socket, short events, int patience_ms) {
 }
 
 Socket connect_to(const std::string& address, int port, int patience_ms) {
-  Socket socket(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  sockaddr_in to{};
-  to.sin_family = AF_INET;
-  to.sin_port = htons(static_cast<std::uint16_t>(port));
-  if (!socket.is_open() || ::inet_pton(AF_INET, address.c_str(), &to.sin_addr) != 1) return {};
-  if (::connect(socket.fd(), reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) {
+  const Address to = parse_address(address, port);
+  if (to.size == 0) return {};
+  Socket socket(::socket(to.family(), SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!socket.is_open()) return {};
+  if (::connect(socket.fd(), to.get(), to.size) != 0) {
     if (errno != EINPROGRESS || !wait_for(socket, POLLOUT, patience_ms)) return {};
     int error = 0;
     socklen_t size = sizeof error;
@@ -81,18 +119,27 @@ Socket& Socket::operator=(Socket&& other) noexcept {
   return *this;
 }
 
-BeatListener::BeatListener() : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
-  sockaddr_in any{};
-  any.sin_family = AF_INET;
-  any.sin_addr.s_addr = htonl(INADDR_ANY);
-  socklen_t size = sizeof any;
-  constexpr int most_waiting = 1024;
-  if (!socket_.is_open() || ::bind(socket_.fd(), reinterpret_cast<const sockaddr*>(&any), size) != 0 ||
-      ::listen(socket_.fd(), most_waiting) != 0 ||
-      ::getsockname(socket_.fd(), reinterpret_cast<sockaddr*>(&any), &size) != 0) {
-    throw EnvironmentError("cannot listen for other ranks: " + std::system_category().message(errno));
+// For both kinds of addresses, where this machine knows both.
+BeatListener::BeatListener() {
+  int error = 0;
+  for (const char* any : {"::", "0.0.0.0"}) {
+    constexpr int most_waiting = 1024;
+    const int no = 0;
+    Address address = parse_address(any, 0);
+    socket_ = Socket(::socket(address.family(), SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    if (socket_.is_open() && address.family() == AF_INET6) {
+      ::setsockopt(socket_.fd(), IPPROTO_IPV6, IPV6_V6ONLY, &no, sizeof no);
+    }
+    if (socket_.is_open() && ::bind(socket_.fd(), address.get(), address.size) == 0 &&
+        ::listen(socket_.fd(), most_waiting) == 0 && ::getsockname(socket_.fd(), address.get(), &address.size) == 0) {
+      sockaddr_in6 v6{};  // the port stands at the same place in both
+      std::memcpy(&v6, &address.storage, sizeof v6);
+      port_ = ntohs(v6.sin6_port);
+      return;
+    }
+    error = errno;
   }
-  port_ = ntohs(any.sin_port);
+  throw EnvironmentError("cannot listen for other ranks: " + std::system_category().message(error));
 }
 
 std::string BeatListener::address() const {
@@ -112,7 +159,7 @@ Socket connect_beats(const std::string& address, const Beat& own, int patience_m
   words >> port >> host;
   std::vector<std::string> addresses;
   for (std::string one; words >> one;) addresses.push_back(one);
-  if (host == this_host()) std::swap(addresses.front(), addresses.back());
+  if (host == this_host()) std::reverse(addresses.begin(), addresses.end());
   for (const std::string& one : addresses) {
     Socket socket = connect_to(one, port, patience_ms);
     if (!socket.is_open() || !send_beat(socket, own)) continue;

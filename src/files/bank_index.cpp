@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <sstream>
 #include <system_error>
 #include <thread>
 
@@ -302,24 +303,29 @@ void BankIndex::publish(const Table& rows, bool csv, bool json) {
   since_json_ = Stopwatch();
 }
 
-std::vector<std::string> done_members(const std::string& folder) {
+std::vector<DoneMember> done_members(const std::string& folder) {
   const std::string path = index_path(folder);
   const Descriptor file = open_or_none(path, O_RDONLY);
   if (file.fd() < 0) {
     throw UserError(folder, fmt::format("holds no bank: {}: {}", path, std::system_category().message(errno)));
   }
-  const std::string text = read_from(file.fd(), 0, path);
-  if (!text.starts_with(fixed_columns)) {
+  std::istringstream text(read_from(file.fd(), 0, path));
+  std::string line;
+  if (!std::getline(text, line) || !line.starts_with(fixed_columns)) {
     throw UserError(path + ":1", fmt::format("is no index of a bank, which begins with {}", fixed_columns));
   }
-  std::vector<std::string> names;
-  std::size_t begin = text.find('\n') + 1;
-  for (std::size_t end = text.find('\n', begin); end != std::string::npos; end = text.find('\n', begin)) {
-    const std::vector<std::string> fields = csv_fields(text.substr(begin, end - begin));
-    if (fields.size() >= num_fixed && fields[1] == "done") names.push_back(fields[0]);
-    begin = end + 1;
+  const std::vector<std::string> columns = csv_fields(line);
+  std::vector<DoneMember> members;
+  while (std::getline(text, line) && !text.eof()) {  // a line without an end is what a killed writer left
+    const std::vector<std::string> fields = csv_fields(line);
+    if (fields.size() != columns.size() || fields[1] != "done") continue;
+    DoneMember& member = members.emplace_back(DoneMember{fields[0], fields[4], ""});
+    for (std::size_t k = num_fixed; k < fields.size(); ++k) {
+      if (columns[k] == "texture.seed") continue;
+      member.settings += fmt::format("{}{} = {}", member.settings.empty() ? "" : ", ", columns[k], fields[k]);
+    }
   }
-  return names;
+  return members;
 }
 
 }  // namespace noiseloom

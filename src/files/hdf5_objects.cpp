@@ -137,7 +137,7 @@ void write_numbers(const Location& at, const std::string& path, const std::vecto
 
 void write_array(const Location& at, const std::string& path, const InputArray& array) {
   const std::string what = doing(at, "write", path);
-  const bool is_float = std::holds_alternative<std::vector<float>>(array.values);
+  const bool is_float = std::holds_alternative<SharedValues<float>>(array.values);
   const std::vector<hsize_t> dimensions(array.shape.begin(), array.shape.end());
   Handle dataset = create_dataset(at, path, is_float ? H5T_IEEE_F32LE : H5T_IEEE_F64LE, dimensions);
   const void* const values = std::visit([](const auto& held) -> const void* { return held.data(); }, array.values);

@@ -33,8 +33,10 @@ Map read_map(const std::string& path) {
   spec.space = "image";
   spec.file = path;
   const InputArrayPtr luminance = read_luminance(spec);
-  Map map = {static_cast<std::size_t>(luminance->shape[1]), static_cast<std::size_t>(luminance->shape[0]),
-             std::get<std::vector<float>>(luminance->values)};
+  const auto& values = std::get<SharedValues<float>>(luminance->values);
+  Map map = {static_cast<std::size_t>(luminance->shape[1]),
+             static_cast<std::size_t>(luminance->shape[0]),
+             {values.begin(), values.end()}};
   for (std::size_t i = 0; i < map.importance.size(); ++i) {
     if (map.importance[i] >= 0 && map.importance[i] <= 1) continue;
     throw UserError(path, fmt::format("importance must be from 0 to 1; pixel {}, {} (column, row, from 0) has {}",

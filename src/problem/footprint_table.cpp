@@ -125,7 +125,7 @@ Overlap array_overlap(const Extents& extents, const std::vector<int>& axes, cons
 std::vector<Overlap> table_overlaps(const Extents& extents, const GroupSpec& group) {
   const std::string& file = group.kernel.file;
   const InputArrayPtr array = group.kernel.array ? group.kernel.array : read_double_array(file);
-  const auto& taps = std::get<std::vector<double>>(array->values);
+  const auto& taps = std::get<SharedValues<double>>(array->values);
   check_taps(file, taps);
   std::vector<Overlap> overlaps;
   // Taps are folded onto the texture first, so the shorter of both counts.

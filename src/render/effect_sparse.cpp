@@ -37,7 +37,7 @@ Image importance_of_image(const std::string& file, int width, int height) {
   samples.file = file;
   samples.encoding = ImageEncoding::linear;
   const InputArrayPtr map = read_luminance(samples);
-  const auto& values = std::get<std::vector<float>>(map->values);
+  const auto& values = std::get<SharedValues<float>>(map->values);
   Image image = make_image(width, height, 1);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {

@@ -10,6 +10,8 @@
 //                 T_n background. It is biased by its steps; its own mean over u is its truth, and what the bias is
 //                 stands beside it.
 #include <algorithm>
+#include <numeric>
+#include <span>
 
 #include "noiseloom/core/error.h"
 #include "render/effect-inl.h"
@@ -70,13 +72,38 @@ float march(const Columns& columns, std::size_t first, int steps, float offset, 
   return sum + through * behind;
 }
 
-int places_of_mean(int nodes, int steps) { return std::max(16, 8 * nodes / steps); }
+// Densities are linear between nodes, so that what a march gives is smooth in its offset but where one of its places
+// passes a node: at multiples of one part of this many.
+// Where the depth of a step changes much from one to the next, these are cut further.
+int smooth_parts(const Scene& scene, int nodes) {
+  const int steps = scene.ray_march.steps;
+  const double change = scene.volume.extinction / (1.0 * nodes * steps);
+  const int cut = static_cast<int>(std::clamp(std::ceil(16 * change), 1.0, 32.0));
+  return (nodes - 1) / std::gcd(nodes - 1, steps) * cut;
+}
+// Places and weights of Gauss and Legendre's rule in such a part; of many steps each matters little, and the middle
+// does.
+struct RulePoint {
+  double place;
+  double weight;
+};
+std::span<const RulePoint> rule_of(int steps) {
+  static constexpr RulePoint middle[] = {{0.5, 1}};
+  static constexpr RulePoint three[] = {
+      {0.1127016653792583, 5.0 / 18}, {0.5, 8.0 / 18}, {0.8872983346207417, 5.0 / 18}};
+  constexpr int many = 16;
+  return steps < many ? std::span<const RulePoint>(three) : std::span<const RulePoint>(middle);
+}
+int places_of_mean(const Scene& scene, int nodes) {
+  return smooth_parts(scene, nodes) * static_cast<int>(rule_of(scene.ray_march.steps).size());
+}
 constexpr int fine_steps = 512;  // of what both tend to
 
 struct RayMarchEffect : PlainEffect {
   RayMarchEffect(const Shared& shared, int, const Job*)
       : columns(&shared.columns.get(Data::columns, shared.pass_or("ray-march"))),
         steps(shared.scene.ray_march.steps),
+        parts_of_mean(smooth_parts(shared.scene, columns->nodes)),
         width(shared.scene.width),
         height(shared.scene.height) {}
 
@@ -92,20 +119,20 @@ struct RayMarchEffect : PlainEffect {
   void estimate(int x, int y, Draw draw, float* out) const {
     out[0] = march(*columns, first(x, y), steps, draw(0), static_cast<float>(background(y, height)));
   }
-  // By the midpoint rule. Densities are linear between nodes, of which the offset passes nodes / steps: eight places
-  // and more for each of them.
   void expect(int x, int y, double* out) const {
-    const int places = places_of_mean(columns->nodes, steps);
+    const int parts = parts_of_mean;
     double sum = 0;
-    for (int i = 0; i < places; ++i)
-      sum += static_cast<double>(march(*columns, first(x, y), steps,
-                                       (static_cast<float>(i) + 0.5F) / static_cast<float>(places),
-                                       static_cast<float>(background(y, height))));
-    out[0] = sum / places;
+    for (int i = 0; i < parts; ++i)
+      for (const RulePoint& point : rule_of(steps))
+        sum += point.weight *
+               static_cast<double>(march(*columns, first(x, y), steps, static_cast<float>((i + point.place) / parts),
+                                         static_cast<float>(background(y, height))));
+    out[0] = sum / parts;
   }
 
   const Columns* columns;
   int steps;
+  int parts_of_mean;
   int width;
   int height;
 };
@@ -160,18 +187,18 @@ const EffectCalls free_flight_calls = {Effect::free_flight,
                                        fine_march,
                                        [](const Scene&) { return steps_of_march(fine_steps); }};
 
-const EffectCalls ray_march_calls = {Effect::ray_march,
-                                     [](const Scene&) { return 1; },
-                                     [](const Scene&, const Noise& noise) { return if_numbers(1, noise); },
-                                     [](const Scene&) { return false; },
-                                     estimate_image<RayMarchEffect>,
-                                     truth_image<RayMarchEffect>,
-                                     fine_march,
-                                     [](const Scene& scene) {
-                                       const int nodes =
-                                           scene.volume.density == Density::slab ? 2 : scene.volume.resolution;
-                                       const int n = scene.ray_march.steps;
-                                       return steps_of_march(std::int64_t{places_of_mean(nodes, n)} * n + fine_steps);
-                                     }};
+const EffectCalls ray_march_calls = {
+    Effect::ray_march,
+    [](const Scene&) { return 1; },
+    [](const Scene&, const Noise& noise) { return if_numbers(1, noise); },
+    [](const Scene&) { return false; },
+    estimate_image<RayMarchEffect>,
+    truth_image<RayMarchEffect>,
+    fine_march,
+    [](const Scene& scene) {
+      const int nodes = scene.volume.density == Density::slab ? 2 : scene.volume.resolution;
+      const int n = scene.ray_march.steps;
+      return steps_of_march(std::int64_t{places_of_mean(scene, nodes)} * n + fine_steps);
+    }};
 
 }  // namespace noiseloom::render

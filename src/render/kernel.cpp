@@ -87,7 +87,7 @@ MassTable kernel_of_image(const ConvolutionSpec& spec) {
                                            most_across_kernel));
   std::vector<double> masses;
   double sum = 0;
-  for (const float value : std::get<std::vector<float>>(luminance->values)) {
+  for (const float value : std::get<SharedValues<float>>(luminance->values)) {
     if (!(value >= 0) || !std::isfinite(value))
       throw UserError(spec.file, fmt::format("holds {}: the masses of a kernel are finite and at least 0", value));
     masses.push_back(static_cast<double>(value));

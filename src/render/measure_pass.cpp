@@ -10,6 +10,7 @@
 #include "render/a_trous.h"
 #include "render/flip.h"
 #include "render/frames.h"
+#include "render/pattern.h"
 #include "render/scene_sizes.h"
 #include "render/spectra.h"
 
@@ -110,6 +111,7 @@ void count_measures(const Scene& scene, std::int64_t channels, std::int64_t pict
   for (const Metric metric : metrics) {
     if (metric == Metric::ssim) count_of(counts, Work::taps) += values * 5 * 2 * 11;  // five pictures, filtered
     if (metric == Metric::flip) count_of(counts, Work::taps) += values * 2 * 8 * (21 + 19);
+    if (metric == Metric::pattern) count_of(counts, Work::ranks) += values;
     if (metric == Metric::low) count_of(counts, Work::transformed_values) += values * channels;
   }
 }
@@ -144,6 +146,9 @@ void measure_stage(Job& job, std::size_t stage, std::span<double> errors) {
         break;
       case Metric::unseen:
         error = share_unseen(job);
+        break;
+      case Metric::pattern:
+        error = pattern_error(difference_of(job, stage), job.channels(), mask_of_job(job));
         break;
       case Metric::flip:
         error = flip_error(job.after(stage), truth_of(job, stage), job.channels(), job.scene().border, job.rows);

@@ -12,6 +12,7 @@
 #include "noiseloom/files/run_file.h"
 #include "noiseloom/samples/sample_space.h"
 #include "noiseloom/samples/space.h"
+#include "render/sampler_tables.h"
 
 namespace noiseloom::render {
 namespace {
@@ -126,6 +127,8 @@ Directions Noise::directions() const {
 
 Noise open_noise(const NoiseSpec& spec, const std::string& folder, const MakeTexture& make) {
   Noise noise{.spec = spec};
+  if (spec.kind == NoiseKind::tables)
+    noise.tables = std::make_shared<const SamplerTables>(load_sampler_tables(spec.file));
   if (!has_texture(spec.kind)) return noise;
   std::string path = spec.file;
   std::string damage;

@@ -5,6 +5,7 @@
 #include "noiseloom/core/random.h"
 #include "noiseloom/render/noise.h"
 #include "noiseloom/samples/sobol.h"
+#include "render/sampler_tables.h"
 
 namespace noiseloom::render {
 namespace {
@@ -61,6 +62,8 @@ void NoiseReader::read(int y, std::int64_t frame) {
       return read_sobol(y, frame);
     case NoiseKind::heitz_belcour:
       return read_seeds(y);
+    case NoiseKind::tables:
+      return read_tables(y, frame);
   }
 }
 
@@ -77,6 +80,15 @@ void NoiseReader::read_seeds(int y) {
       for (int i = 0; i < count; ++i) plane(first + i)[x] = to_unit_float(block[static_cast<std::size_t>(i)]);
     }
   }
+}
+
+// A point a frame. As with the other sequences, no repeat begins elsewhere in time.
+void NoiseReader::read_tables(int y, std::int64_t frame) {
+  const SamplerTables& tables = *noise_.tables;
+  for (int i = 0; i < numbers_of_pixel_; ++i)
+    for (int x = 0; x < width_; ++x)
+      plane(i)[x] = tables.value(static_cast<std::size_t>(x + move_.x), static_cast<std::size_t>(y + move_.y),
+                                 static_cast<std::size_t>(frame), static_cast<std::size_t>(i));
 }
 
 void NoiseReader::read_texture(int y, std::int64_t frame) {

@@ -330,7 +330,7 @@ constexpr Pass pass_table[] = {
      no_work,
      [](const Scene& scene, std::span<const Noise>) { return pixels_of(scene); }},
     {"errors",
-     {Data::truth, Data::estimate, Data::accumulated, Data::filtered, Data::seen},
+     {Data::noises, Data::truth, Data::estimate, Data::accumulated, Data::filtered, Data::seen},
      {Data::errors},
      always,
      nullptr,

@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <mutex>
+#include <set>
 
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/stopwatch.h"
@@ -39,6 +42,31 @@ void check_noises(const Scene& scene, const std::vector<Noise>& noises) {
                  "holds samples of {}; {} takes numbers that are spread evenly over 0 to 1 (uniform, vector2, ...){}",
                  noise.samples.space, name_of(effect), what_else(effect))});
   throw_if_any(std::move(faults));
+}
+
+// A small texture has few places to read further values at: where two of a pixel are read at one place they are the
+// same number, and what should be independent is not.
+std::string note_of_places(const Scene& scene, const Noise& noise, Effect effect) {
+  const int numbers = calls_of(effect).numbers(scene, noise);
+  if (noise.texture == nullptr || numbers == 0) return {};
+  const Extents& extents = noise.texture->extents;
+  const auto values = static_cast<int>(values_of_pixel(noise, numbers));
+  const TextureRead read = {.width = extents.width(),
+                            .height = extents.height(),
+                            .num_slices = extents.num_slices(),
+                            .values = values,
+                            .from = noise.spec.values_from};
+  std::set<std::array<std::int64_t, 3>> places;
+  for (int i = 0; i < values; ++i) {
+    const TextureRead::Place place = read.place(0, i);
+    places.insert({place.dx, place.dy, place.slice});
+  }
+  const auto apart = std::ssize(places);
+  if (apart == values) return {};
+  return fmt::format(
+      "noise \"{}\": of the {} values that {} reads for a pixel and frame only {} are at places of their own, as the "
+      "texture is small ({}): the others are the same numbers again, and the mean of the estimate another",
+      noise.spec.name, values, name_of(effect), apart, extents.to_string());
 }
 
 bool is_pass_of(const Pass& pass, Effect effect) {
@@ -100,8 +128,9 @@ class Jobs {
                   all.begin() + static_cast<std::ptrdiff_t>(place * curve));
     }
     const std::size_t of_noise = job.effect * result_.noises.size() + job.noise;
-    std::move(job.spectra.begin(), job.spectra.end(),
-              result_.spectra.begin() + static_cast<std::ptrdiff_t>(of_noise * result_.num_times()));
+    if (!job.spectra.empty())
+      std::move(job.spectra.begin(), job.spectra.end(),
+                result_.spectra.begin() + static_cast<std::ptrdiff_t>(of_noise * result_.num_times()));
     if (!job.pictures.is_there()) return;
     const Pictures& pictures = job.pictures.get(Data::pictures, "results");
     for (std::size_t stage = 0; stage < pictures.after.size(); ++stage)
@@ -160,6 +189,9 @@ void run_jobs(const Shared& shared, Result& result, ThreadPool& pool) {
 
 std::vector<std::string> notes_of_reading(const Scene& scene, const std::vector<Noise>& noises) {
   std::vector<std::string> notes;
+  for (const Noise& noise : noises)
+    for (const Effect effect : effects_of(scene))
+      if (const std::string note = note_of_places(scene, noise, effect); !note.empty()) notes.push_back(note);
   if (!scene.occlusion.on) return notes;
   for (const Noise& noise : noises) {
     const Directions kind = noise.directions();

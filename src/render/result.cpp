@@ -156,6 +156,8 @@ std::string title_of(Metric metric) {
       return "error at frequencies above 0.15 cycles a pixel";
     case Metric::unseen:
       return "share of pixels that no frame has sampled";
+    case Metric::pattern:
+      return "1 - rank correlation of the error with the mask that seeds follow";
     case Metric::flip:
       return "FLIP";
   }

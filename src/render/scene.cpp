@@ -57,12 +57,14 @@ bool truth_changes_with_frame(const Scene& scene, Effect effect) {
 }
 
 std::string name_of(Metric metric) {
-  static constexpr const char* names[num_metrics] = {"rmse",   "deviation", "ssim",   "low",
-                                                     "middle", "high",      "unseen", "flip"};
+  static constexpr const char* names[num_metrics] = {"rmse", "deviation", "ssim",    "low", "middle",
+                                                     "high", "unseen",    "pattern", "flip"};
   return names[static_cast<int>(metric)];
 }
 
-bool is_root(Metric metric) { return metric != Metric::ssim && metric != Metric::unseen && metric != Metric::flip; }
+bool is_root(Metric metric) {
+  return metric != Metric::ssim && metric != Metric::unseen && metric != Metric::pattern && metric != Metric::flip;
+}
 
 std::vector<Metric> metrics_of(const Scene& scene) {
   std::vector<Metric> metrics = {Metric::rmse};
@@ -73,6 +75,7 @@ std::vector<Metric> metrics_of(const Scene& scene) {
   if (has("ssim")) metrics.push_back(Metric::ssim);
   if (has("bands")) metrics.insert(metrics.end(), {Metric::low, Metric::middle, Metric::high});
   if (has("unseen")) metrics.push_back(Metric::unseen);
+  if (has("pattern")) metrics.push_back(Metric::pattern);
   if (has("flip")) metrics.push_back(Metric::flip);
   return metrics;
 }

@@ -176,6 +176,11 @@ void check_metrics(Reader& reader, const Value& root, const Scene& scene) {
   if (std::find(metrics.begin(), metrics.end(), Metric::unseen) != metrics.end() && !scene.sparse.on)
     reader.fault(*settings::find_at(root, "image.metrics"), "image.metrics",
                  "has unseen, which goes with effects.sparse alone");
+  const auto follows = [](const NoiseSpec& noise) { return noise.kind == NoiseKind::heitz_belcour; };
+  if (std::find(metrics.begin(), metrics.end(), Metric::pattern) != metrics.end() &&
+      std::none_of(scene.noises.begin(), scene.noises.end(), follows))
+    reader.fault(*settings::find_at(root, "image.metrics"), "image.metrics",
+                 "has pattern, for which the scene needs a noise of kind heitz-belcour");
   for (std::size_t i = 0; i < scene.expects.size(); ++i) {
     const std::string& wanted = scene.expects[i].metric;
     const auto found =

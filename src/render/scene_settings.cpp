@@ -21,6 +21,9 @@ constexpr Word metric_words[] = {
     {"ssim", "1 - structural similarity, over windows of 11 pixels", "dssim structure"},
     {"bands", "the error below 0.05 cycles a pixel, from there to 0.15, and above: low, middle, high", "band power"},
     {"unseen", "effects.sparse: the share of pixels that no frame so far has sampled", "coverage unique"},
+    {"pattern",
+     "1 - the rank correlation of the error with the mask that heitz-belcour follows, in windows of 8 pixels",
+     "target stylised"},
     {"flip", "the difference that is seen when picture and truth are shown in turns, at 67 pixels a degree",
      "perceptual"},
 };
@@ -34,6 +37,7 @@ constexpr Word measured_words[] = {
     {"middle", "the error from 0.05 to 0.15 cycles a pixel"},
     {"high", "the error above 0.15 cycles a pixel"},
     {"unseen", "the share of pixels without a sample so far", "coverage"},
+    {"pattern", "1 - the rank correlation of the error with a mask"},
     {"flip", "the mean of FLIP"},
 };
 

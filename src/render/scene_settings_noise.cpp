@@ -20,6 +20,8 @@ constexpr Word noise_words[] = {
      "cranley-patterson sobol-rotation"},
     {"heitz-belcour", "a seed for each pixel, moved behind every frame so that errors follow another noise",
      "hb seeds"},
+    {"tables", "a sequence with keys of each pixel, as Heitz and others made them: arrays in source text",
+     "hb-ldbn low-discrepancy-sampler ranking scrambling"},
 };
 
 // In the order of ValuesFrom.
@@ -60,9 +62,10 @@ std::vector<Setting> rows_of_noises() {
       {.key = "noise[].file",
        .type = Type::file,
        .sentence = "Relative to the scene. Of kind file: a run file, an image, an array, a folder of images, or a "
-                   "pattern such as \"ours_{}.png\".",
+                   "pattern such as \"ours_{}.png\"; of kind tables: source text with the arrays sobol_256spp_256d, "
+                   "scramblingTile and, where it has it, rankingTile.",
        .field = [](NoiseSpec& n) -> Field { return &n.file; },
-       .when = with_kind("file config"),
+       .when = with_kind("file config tables"),
        .required = true,
        .is_found_by_reader = true},
       {.key = "noise[].set",

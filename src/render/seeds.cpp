@@ -18,7 +18,8 @@ int start_of_blocks(std::int64_t frame, double step, int block) {
   return std::min(block - 1, static_cast<int>((place - std::floor(place)) * block));
 }
 
-// The mask of the frame: the first number of the noise that the seeds follow.
+}  // namespace
+
 std::vector<float> mask_of(const Job& job, const Noise& noise) {
   const Scene& scene = job.scene();
   const auto& noises = *job.shared.noises.get(Data::noises, job.pass);
@@ -32,8 +33,6 @@ std::vector<float> mask_of(const Job& job, const Noise& noise) {
   }
   return mask;
 }
-
-}  // namespace
 
 Seeds moved_seeds(const Seeds& seeds, const std::vector<float>& brightness, const std::vector<float>& mask, int width,
                   int height, int block, int left, int top) {

@@ -22,6 +22,9 @@ using Seeds = std::vector<std::uint32_t>;  // [pixel]
 Seeds moved_seeds(const Seeds& seeds, const std::vector<float>& brightness, const std::vector<float>& mask, int width,
                   int height, int block, int left, int top);
 
+// Of the frame of a job: the first number of the texture that the seeds of the noise follow, pixel by pixel.
+std::vector<float> mask_of(const Job& job, const Noise& noise);
+
 bool has_seeds(const Scene& scene);
 // Before a frame: every seed at its place in the first, else moved by the picture of the frame before.
 void move_seeds(Job& job);

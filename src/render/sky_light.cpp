@@ -44,7 +44,7 @@ SkyPixels sky_of_image(const std::string& file) {
   const std::int64_t channels = shape.size() == 3 ? shape[2] : 1;
   if (shape[0] < 2) throw UserError(file, "has one row: the upper half of a sky needs rows of its own");
   SkyPixels pixels{static_cast<int>(shape[1]), static_cast<int>(shape[0]), {}};
-  const auto& values = std::get<std::vector<float>>(image->values);
+  const auto& values = std::get<SharedValues<float>>(image->values);
   for (std::int64_t i = 0; i < shape[0] * shape[1]; ++i) {
     std::array<double, 3> radiance{};
     for (std::size_t c = 0; c < 3; ++c) {

@@ -207,6 +207,10 @@ void Generation::begin() {
 }
 
 void Generation::greet() const {
+  progress_.tell("start", {{"output", request_.output},
+                           {"title", job_->title()},
+                           {"ranks", std::int64_t{communicator_.size()}},
+                           {"threads", std::int64_t{threads_}}});
   progress_.say(fmt::format("{} on {} {} of {} {}", job_->title(), communicator_.size(),
                             communicator_.size() == 1 ? "rank" : "ranks", threads_,
                             threads_ == 1 ? "thread" : "threads"));

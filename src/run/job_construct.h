@@ -34,6 +34,7 @@ class ConstructJob : public Job {
   std::string position() const override;
   std::size_t num_rows() const override { return history_.size(); }
   ProgressFigures figures(double run_s, double part_s) override;
+  std::int64_t bytes_sent() const override { return run_ ? run_->bytes_sent() : 0; }
   std::vector<std::pair<std::string, std::string>> summary(double run_s) override;
 
   // When it is finished: of own slices and of all that they act on, the place of the sample of every cell. *Collective*

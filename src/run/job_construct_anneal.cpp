@@ -51,6 +51,7 @@ class ConstructAnnealJob : public Job {
   std::string position() const override { return part().position(); }
   std::size_t num_rows() const override { return part().num_rows(); }
   ProgressFigures figures(double run_s, double part_s) override { return part().figures(run_s, part_s); }
+  std::int64_t bytes_sent() const override { return part().bytes_sent(); }
   std::vector<std::pair<std::string, std::string>> summary(double run_s) override { return part().summary(run_s); }
 
  private:

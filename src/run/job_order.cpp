@@ -47,7 +47,7 @@ class OrderJob : public Job {
     return save_order_run(posix_file_ops(), target.path, config_, *run_, history_, *communicator_, target.provenance);
   }
 
-  std::vector<SliceDataset> datasets() const override { return order_run_datasets(spec_.extents); }
+  std::vector<SliceDataset> datasets() const override { return order_run_datasets(config_); }
   std::string start_words() const override {
     return "drawing the first points and computing the energies of all pixels";
   }
@@ -59,6 +59,7 @@ class OrderJob : public Job {
   std::string position() const override;
   std::size_t num_rows() const override { return history_.size(); }
   ProgressFigures figures(double run_s, double part_s) override;
+  std::int64_t bytes_sent() const override { return run_ ? run_->bytes_sent() : 0; }
   std::vector<std::pair<std::string, std::string>> summary(double run_s) override;
 
  private:

@@ -35,6 +35,7 @@ class SwapJob : public Job {
   std::string position() const override;
   std::size_t num_rows() const override { return optimizer_->history().size(); }
   ProgressFigures figures(double run_s, double part_s) override;
+  std::int64_t bytes_sent() const override { return optimizer_ ? optimizer_->bytes_sent() : 0; }
   std::vector<std::pair<std::string, std::string>> summary(double run_s) override;
 
  private:

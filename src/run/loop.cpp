@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <limits>
 #include <thread>
 
 #include "noiseloom/core/quantity_text.h"
@@ -43,7 +44,9 @@ RunLoop::RunLoop(Job& job, const LoopSettings& settings, double earlier_s, const
       communicator_(communicator),
       progress_(progress),
       next_save_s_(surroundings.part_s() + settings.checkpoint_every_s),
-      retry_s_(first_retry_s) {}
+      retry_s_(first_retry_s),
+      reported_s_(surroundings.part_s()),
+      waited_s_(seconds_waited()) {}
 
 std::uint32_t RunLoop::bits_due() const {
   std::uint32_t bits = surroundings_.stop_signal() != 0 ? signal_bit : 0;
@@ -64,6 +67,7 @@ std::string RunLoop::stop_cause(std::uint32_t bits) const {
 }
 
 LoopResult RunLoop::run() {
+  const bool as_json = communicator_.any_bits(progress_.is_json() ? 1U : 0U) != 0;
   while (!job_.finished()) {
     const std::uint32_t bits = communicator_.any_bits(bits_due());
     if ((bits & (signal_bit | limit_bit | reader_bit)) != 0) return {false, stop_cause(bits), save_at_stop()};
@@ -74,10 +78,52 @@ LoopResult RunLoop::run() {
     }
     note_step();
     has_moved_ = true;
-    progress_.update(job_.num_rows(), surroundings_.part_s(),
-                     [&] { return job_.figures(run_s(), surroundings_.part_s()); });
+    report(as_json);
   }
   return {true, "", save_at_last()};
+}
+
+// All ranks have a part in a report for programs.
+void RunLoop::report(bool as_json) {
+  const double now = surroundings_.part_s();
+  const auto figures = [&] { return job_.figures(run_s(), surroundings_.part_s()); };
+  if (!as_json) return progress_.update(job_.num_rows(), now, figures);
+  const bool is_due = progress_.is_due(job_.num_rows(), now);
+  if (communicator_.any_bits(is_due ? 1U : 0U) == 0) return;
+  const std::vector<JsonMember> of_ranks = figures_of_ranks();
+  progress_.update(job_.num_rows(), now, [&] {
+    ProgressFigures f = figures();
+    f.json.emplace_back("seconds_since_save", saved_s_ < 0 ? std::numeric_limits<double>::quiet_NaN() : now - saved_s_);
+    f.json.insert(f.json.end(), of_ranks.begin(), of_ranks.end());
+    return f;
+  });
+}
+
+// Since the last report: the rank that computed for the largest part of the time is the slowest, for which the others
+// wait. *Collective*
+std::vector<JsonMember> RunLoop::figures_of_ranks() {
+  constexpr double parts = 1e6;
+  const double now = surroundings_.part_s();
+  const double waited = seconds_waited();
+  const double elapsed = now - reported_s_;
+  const double busy = elapsed > 0 ? std::clamp(1 - (waited - waited_s_) / elapsed, 0.0, 1.0) : 1;
+  reported_s_ = now;
+  waited_s_ = waited;
+  const std::uint64_t own[] = {static_cast<std::uint64_t>(busy * parts), static_cast<std::uint64_t>(job_.bytes_sent())};
+  const std::vector<std::uint64_t> all = communicator_.gather_all(own);
+  std::size_t slowest = 0;
+  std::size_t fastest = 0;
+  std::uint64_t bytes = 0;
+  for (std::size_t rank = 0; 2 * rank < all.size(); ++rank) {
+    if (all[2 * rank] > all[2 * slowest]) slowest = rank;
+    if (all[2 * rank] < all[2 * fastest]) fastest = rank;
+    bytes += all[2 * rank + 1];
+  }
+  return {{"bytes_sent", static_cast<std::int64_t>(bytes)},
+          {"slowest_rank", static_cast<std::int64_t>(slowest)},
+          {"slowest_computed", static_cast<double>(all[2 * slowest]) / parts},
+          {"fastest_rank", static_cast<std::int64_t>(fastest)},
+          {"fastest_computed", static_cast<double>(all[2 * fastest]) / parts}};
 }
 
 void RunLoop::checkpoint() {
@@ -95,6 +141,7 @@ void RunLoop::checkpoint() {
     return;
   }
   saved_position_ = position;
+  saved_s_ = surroundings_.part_s();
   next_save_s_ = surroundings_.part_s() + settings_.checkpoint_every_s;
   retry_s_ = first_retry_s;
   progress_.say("saved at " + position);

@@ -8,6 +8,7 @@
 #include "noiseloom/config/stored_config.h"
 #include "noiseloom/construct/order_samples.h"
 #include "noiseloom/run/checkpoint.h"
+#include "noiseloom/samples/sample_space.h"
 #include "run/checkpoint_parts.h"
 
 namespace noiseloom {
@@ -140,7 +141,7 @@ OrderState order_state(const RunFileContent& content, const std::string& path) {
   stored_algorithm(content, path);
   ContentFaults faults(path);
   faults.require(config.optimizer.method == Method::void_and_cluster, "has an /order, but its /config another method");
-  check_datasets(content, order_run_datasets(content.extents), faults);
+  check_datasets(content, order_run_datasets(config), faults);
   faults.throw_if_any();
   check_counts(state, content.extents.num_cells(), path);
   const std::int64_t points = vac_num_start_points(vac_spec(config));
@@ -156,8 +157,9 @@ void check_order(const RunFileReader& file, const OrderState& state) {
   check_census(census_of_order(file), state, file.path());
 }
 
-std::vector<SliceDataset> order_run_datasets(const Extents& extents) {
-  return {{samples_name, ElementType::float32, 1, true}, order_dataset(extents.num_cells())};
+std::vector<SliceDataset> order_run_datasets(const RunConfig& config) {
+  return {{samples_name, ElementType::float32, num_channels(config.problem.samples), true},
+          order_dataset(config.problem.extents.num_cells())};
 }
 
 std::string save_order_run(FileOps& ops, const std::string& path, const RunConfig& config, const VoidAndCluster& run,
@@ -172,11 +174,16 @@ std::string save_order_run(FileOps& ops, const std::string& path, const RunConfi
                          .history = history};
   RunFileContent content =
       content_of(config, Method::void_and_cluster, state, visit_order_state, visit_order_row, provenance);
-  content.datasets = order_run_datasets(content.extents);
+  content.datasets = order_run_datasets(config);
+  const SampleSource source(config.problem.samples, content.extents.cells_per_slice(), content.extents.num_slices(),
+                            config.problem.seed);
   const auto produce = [&](std::size_t dataset, SliceIndex slice, std::vector<std::byte>& block) {
     block = run.order(slice);
     if (dataset != 0) return;
-    const auto samples = samples_of_order(block, run.codec(), content.extents.num_cells(), config.order);
+    const std::int64_t num_pixels = content.extents.num_cells();
+    const auto samples = config.problem.samples.curve == Curve::none
+                             ? samples_of_order(block, run.codec(), num_pixels, config.order)
+                             : samples_along_curve(block, run.codec(), num_pixels, source.list(slice));
     block.clear();
     append(block, samples);
   };

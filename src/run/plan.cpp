@@ -56,6 +56,7 @@ RunPlan plan_basis(const RunConfig& config, const PlanRequest& request) {
   plan.pixels = extents.num_cells();
   plan.num_slices = extents.num_slices();
   plan.request = request;
+  plan.input_bytes = inputs_memory(config);
   plan.idle_ranks = std::max(0, request.ranks - extents.num_slices());
   for (int axis = 0; axis < extents.num_axes(); ++axis) plan.axis_names.push_back(extents.name(axis));
   for (InputNote& note : notes_on_inputs(config)) {
@@ -74,7 +75,8 @@ std::vector<Rank> ranks_to_look_at(int ranks) {
   return some;
 }
 
-void add_rank(PlanRank rank, const PlanMemory& memory, RunPlan& plan) {
+void add_rank(PlanRank rank, PlanMemory memory, RunPlan& plan) {
+  memory.inputs = plan.input_bytes;
   rank.bytes = memory.peak();
   if (rank.bytes > plan.most.peak()) plan.most = memory;
   plan.ranks.push_back(rank);
@@ -83,7 +85,7 @@ void add_rank(PlanRank rank, const PlanMemory& memory, RunPlan& plan) {
 void add_node_bytes(RunPlan& plan) {
   double other = 0;
   for (std::size_t k = 1; k < plan.ranks.size(); ++k) other = std::max(other, plan.ranks[k].bytes);
-  plan.node_bytes = bytes_of_node(plan.ranks.front().bytes, other, plan.request);
+  plan.node_bytes = bytes_of_node(plan.ranks.front().bytes, other - plan.input_bytes, plan.request);
 }
 
 void add_file_sizes(const RunConfig& config, const std::vector<SliceDataset>& datasets, RunPlan& plan) {

@@ -121,7 +121,7 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request) {
   }
   add_node_bytes(plan);
   const double pixels = as_double(extents.num_cells());
-  add_file_sizes(config, order_run_datasets(extents), plan);
+  add_file_sizes(config, order_run_datasets(config), plan);
 
   const Measured measured = measure(spec);
   const double points = as_double(decimal_of(spec.density).floor_of_times(extents.num_cells()));

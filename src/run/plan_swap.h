@@ -26,7 +26,7 @@ RunPlan plan_basis(const RunConfig& config, const PlanRequest& request);
 std::vector<Rank> ranks_to_look_at(int ranks);
 // Adds a rank that needs that memory; after the last, the bytes of the node follow from them (rank 0 is the first, and
 // writes).
-void add_rank(PlanRank rank, const PlanMemory& memory, RunPlan& plan);
+void add_rank(PlanRank rank, PlanMemory memory, RunPlan& plan);
 void add_node_bytes(RunPlan& plan);
 // The run file, and what is on disk at a save.
 void add_file_sizes(const RunConfig& config, const std::vector<SliceDataset>& datasets, RunPlan& plan);

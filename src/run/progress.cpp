@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <limits>
+#include <utility>
 
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
@@ -51,17 +52,27 @@ void Progress::print(const std::string& text) {
   reader_is_gone_ = write_text(descriptor_, text) == EPIPE;
 }
 
-void Progress::update(std::size_t num_rows, double part_s, const std::function<ProgressFigures()>& figures) {
-  if (!shows_progress()) return;
+bool Progress::is_due(std::size_t num_rows, double part_s) const {
+  if (!shows_progress()) return false;
   const double interval = kind_ == ProgressKind::bar ? bar_interval_s : line_interval_s;
   const bool due = last_shown_s_ < 0 || part_s - last_shown_s_ >= interval;
-  if (kind_ == ProgressKind::json ? num_rows == rows_shown_ && !due : !due) return;
+  return due || (kind_ == ProgressKind::json && num_rows != rows_shown_);
+}
+
+void Progress::tell(const std::string& event, std::vector<JsonMember> members) {
+  if (kind_ != ProgressKind::json) return;
+  members.insert(members.begin(), {"event", event});
+  print(json_object(members) + "\n");
+}
+
+void Progress::update(std::size_t num_rows, double part_s, const std::function<ProgressFigures()>& figures) {
+  if (!is_due(num_rows, part_s)) return;
   last_shown_s_ = part_s;
   rows_shown_ = num_rows;
   ProgressFigures f = figures();
   if (kind_ == ProgressKind::json) {
     f.json.emplace_back("seconds_left", f.left_s < 0 ? std::numeric_limits<double>::quiet_NaN() : f.left_s);
-    print(json_object(f.json) + "\n");
+    tell("progress", std::move(f.json));
   } else if (kind_ == ProgressKind::bar) {
     print_bar(f);
   } else {
@@ -80,9 +91,10 @@ void Progress::print_bar(const ProgressFigures& f) {
   bar_open_ = true;
 }
 
-void Progress::print_line(const std::string& line) {
+void Progress::print_line(const std::string& line, const std::string& event) {
   end();
-  print(kind_ == ProgressKind::json ? json_object({{"message", line}}) + "\n" : line + "\n");
+  if (is_json()) return tell(event, {{"message", line}});
+  print(line + "\n");
 }
 
 void Progress::say(const std::string& line) {
@@ -90,11 +102,11 @@ void Progress::say(const std::string& line) {
 }
 
 void Progress::conclude(const std::string& line) {
-  if (shows_progress() || kind_ == ProgressKind::none) print_line(line);
+  if (shows_progress() || kind_ == ProgressKind::none) print_line(line, "stopped");
 }
 
 void Progress::warn(const std::string& line) {
-  if (kind_ != ProgressKind::silent) print_line("WARNING: " + line);
+  if (kind_ != ProgressKind::silent) print_line("WARNING: " + line, "warning");
 }
 
 void Progress::end() {

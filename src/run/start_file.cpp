@@ -30,7 +30,7 @@ class Arrangement {
 
   void read_slice(SliceIndex slice, std::span<std::byte> bytes) const {
     if (run_) return run_->read_slice(run_->dataset(samples_name), slice, bytes);
-    const auto* const values = std::get<std::vector<float>>(array_->values).data();
+    const auto* const values = std::get<SharedValues<float>>(array_->values).data();
     const std::size_t floats = bytes.size() / sizeof(float);
     std::memcpy(bytes.data(), values + static_cast<std::size_t>(slice) * floats, bytes.size());
   }

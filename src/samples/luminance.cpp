@@ -40,7 +40,7 @@ double light_of_srgb(double code) {
 InputArrayPtr read_luminance(const SampleSpec& spec) {
   const InputArrayPtr pixels = is_decoded(spec.file) ? decode_image(spec.file) : pixels_of_npy(spec.file);
   const std::vector<std::int64_t>& shape = pixels->shape;
-  const auto& values = std::get<std::vector<float>>(pixels->values);
+  const auto& values = std::get<SharedValues<float>>(pixels->values);
   const std::int64_t channels = shape.size() == 2 ? 1 : shape.size() == 3 ? shape[2] : 0;
   if (channels < 1 || channels > 4) {
     throw UserError(spec.file,

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "noiseloom/core/error.h"
 
@@ -14,9 +16,25 @@ constexpr double whole_mass = 0x1p62;  // leaves room for what rounding adds
 
 }  // namespace
 
-MassGrid::MassGrid(int width, int height, const std::function<double(int x, int y)>& mass_of)
-    : size_{width, height}, below_((static_cast<std::size_t>(width) + 1) * (static_cast<std::size_t>(height) + 1), 0) {
+MassGrid::MassGrid(int width, int height, const MassOf& mass_of)
+    : MassGrid(width, height, [&] {
+        std::vector<std::uint64_t> sums(num_sums(width, height));
+        sum_up(width, height, mass_of, sums);
+        return SharedValues<std::uint64_t>(std::move(sums));
+      }()) {}
+
+MassGrid::MassGrid(int width, int height, SharedValues<std::uint64_t> sums)
+    : size_{width, height}, below_(std::move(sums)) {
+  NOISELOOM_CHECK_EQ(below_.size(), num_sums(width, height));
+}
+
+std::size_t MassGrid::num_sums(int width, int height) {
   NOISELOOM_CHECK(width >= 1 && height >= 1);
+  return (static_cast<std::size_t>(width) + 1) * (static_cast<std::size_t>(height) + 1);
+}
+
+void MassGrid::sum_up(int width, int height, const MassOf& mass_of, std::span<std::uint64_t> sums) {
+  NOISELOOM_CHECK_EQ(sums.size(), num_sums(width, height));
   // Halves, as the sum of all may be past the largest double.
   double half = 0;
   for (int y = 0; y < height; ++y) {
@@ -26,10 +44,11 @@ MassGrid::MassGrid(int width, int height, const std::function<double(int x, int 
   }
   NOISELOOM_CHECK(half > 0 && std::isfinite(half));
   const std::size_t pitch = static_cast<std::size_t>(width) + 1;
+  std::fill_n(sums.begin(), pitch, 0);
   for (int y = 0; y < height; ++y) {
-    const std::uint64_t* const above = &below_[static_cast<std::size_t>(y) * pitch];
-    std::uint64_t* const row = &below_[(static_cast<std::size_t>(y) + 1) * pitch];
-    std::uint64_t sum = 0;
+    const std::uint64_t* const above = &sums[static_cast<std::size_t>(y) * pitch];
+    std::uint64_t* const row = &sums[(static_cast<std::size_t>(y) + 1) * pitch];
+    std::uint64_t sum = row[0] = 0;
     for (int x = 0; x < width; ++x) {
       sum += static_cast<std::uint64_t>(0.5 * mass_of(x, y) / half * whole_mass);
       row[x + 1] = above[x + 1] + sum;

@@ -9,7 +9,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <vector>
+#include <span>
+
+#include "noiseloom/core/shared_values.h"
 
 namespace noiseloom {
 
@@ -32,7 +34,12 @@ struct TexelPoint {
 class MassGrid {
  public:
   // mass_of(x, y) is the mass of a texel; finite, none below 0, not all 0. It is asked twice for each.
-  MassGrid(int width, int height, const std::function<double(int x, int y)>& mass_of);
+  using MassOf = std::function<double(int x, int y)>;
+  MassGrid(int width, int height, const MassOf& mass_of);
+  // The same in two steps, so that the table can lie in memory of others.
+  static std::size_t num_sums(int width, int height);
+  static void sum_up(int width, int height, const MassOf& mass_of, std::span<std::uint64_t> sums);
+  MassGrid(int width, int height, SharedValues<std::uint64_t> sums);
 
   int width() const { return size_[0]; }
   int height() const { return size_[1]; }
@@ -60,7 +67,7 @@ class MassGrid {
   }
 
   std::array<int, 2> size_;
-  std::vector<std::uint64_t> below_;  // [y][x], (height + 1) * (width + 1): the mass of all texels before both edges
+  SharedValues<std::uint64_t> below_;  // [y][x], (height + 1) * (width + 1): the mass of all texels before both edges
 };
 
 }  // namespace noiseloom

@@ -104,7 +104,7 @@ void check_distance(DistanceKind distance, std::int64_t channels, const std::str
 constexpr double largest_coordinate = 1e18;
 constexpr double smallest_extent = 1e-18;
 
-void check_values(const std::vector<float>& values, const Layout& layout, DistanceKind distance, std::int64_t n,
+void check_values(std::span<const float> values, const Layout& layout, DistanceKind distance, std::int64_t n,
                   const std::string& path) {
   Faults faults(path, layout, n);
   const std::size_t channels = static_cast<std::size_t>(layout.channels);
@@ -234,7 +234,7 @@ SampleFile::SampleFile(InputArrayPtr array, const std::string& path, DistanceKin
   check_distance(distance, layout.channels, path);
   channels_ = static_cast<std::size_t>(layout.channels);
   shared_ = layout.shared;
-  const auto& values = std::get<std::vector<float>>(array->values);
+  const auto& values = std::get<SharedValues<float>>(array->values);
   check_values(values, layout, distance, cells_per_slice, path);
   if (shared_) {
     values_ = in_order(values, channels_);
@@ -246,7 +246,7 @@ SampleFile::SampleFile(InputArrayPtr array, const std::string& path, DistanceKin
 std::vector<float> SampleFile::list(SliceIndex slice) const {
   if (shared_) return values_;
   const std::size_t count = cells_ * channels_;
-  const std::span<const float> all(std::get<std::vector<float>>(array_->values));
+  const std::span<const float> all(std::get<SharedValues<float>>(array_->values));
   return in_order(all.subspan(static_cast<std::size_t>(slice) * count, count), channels_);
 }
 

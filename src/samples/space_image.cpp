@@ -24,7 +24,7 @@ class ImageSpace : public SampleSpace {
   ImageSpace(SpaceTraits traits, InputArrayPtr luminance, ImageGeometry geometry, MassGrid grid, double total)
       : SampleSpace(std::move(traits)),
         array_(std::move(luminance)),
-        luminance_(std::get<std::vector<float>>(array_->values)),
+        luminance_(std::get<SharedValues<float>>(array_->values)),
         geometry_(std::move(geometry)),
         grid_(std::move(grid)),
         total_(total) {}
@@ -168,7 +168,7 @@ class ImageSpace : public SampleSpace {
   }
 
   InputArrayPtr array_;
-  const std::vector<float>& luminance_;  // [y][x]
+  const SharedValues<float>& luminance_;  // [y][x]
   ImageGeometry geometry_;
   MassGrid grid_;
   double total_;  // the integral of the luminance over the space
@@ -180,7 +180,7 @@ std::string texel_text(std::size_t index, std::size_t width) {
   return fmt::format("pixel {}, {} (column, row, from 0)", index % width, index / width);
 }
 
-void check_values(const std::vector<float>& luminance, std::size_t width, const std::string& path) {
+void check_values(const SharedValues<float>& luminance, std::size_t width, const std::string& path) {
   for (const auto& [what, is_wrong] :
        {std::pair<const char*, bool (*)(float)>{"not finite", [](float v) { return !std::isfinite(v); }},
         std::pair<const char*, bool (*)(float)>{"negative", [](float v) { return v < 0; }}}) {
@@ -191,6 +191,41 @@ void check_values(const std::vector<float>& luminance, std::size_t width, const 
     throw UserError(path, fmt::format("no density: {} of {} pixels {} {}; the first is {}: {}", count, luminance.size(),
                                       count == 1 ? "is" : "are", what, texel_text(first, width), luminance[first]));
   }
+}
+
+// The luminance of an image as masses of its texels, checked.
+struct Density {
+  Density(const InputArrayPtr& luminance, ImageDomain onto, const std::string& path);
+  Density(const Density&) = delete;
+  Density& operator=(const Density&) = delete;
+
+  int width;
+  int height;
+  ImageGeometry geometry;
+  double total = 0;
+  MassGrid::MassOf mass_of;  // as long as this and the luminance live
+};
+
+Density::Density(const InputArrayPtr& luminance, ImageDomain onto, const std::string& path)
+    : width(narrow<int>(luminance->shape.at(1))),
+      height(narrow<int>(luminance->shape.at(0))),
+      geometry(onto, width, height) {
+  const auto& values = std::get<SharedValues<float>>(luminance->values);
+  NOISELOOM_CHECK(luminance->shape.size() == 2);
+  check_values(values, static_cast<std::size_t>(width), path);
+  mass_of = [this, &values](int x, int y) {
+    const std::size_t texel =
+        static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+    return static_cast<double>(values[texel]) * geometry.measure(x, y);
+  };
+  for (int y = 0; y < height; ++y) {
+    double row = 0;
+    for (int x = 0; x < width; ++x) row += mass_of(x, y);
+    total += row;
+  }
+  if (total > 0) return;
+  const bool black = std::all_of(values.begin(), values.end(), [](float v) { return v == 0; });
+  throw UserError(path, fmt::format("no density: every pixel {}is black", black ? "" : "that lies in the space "));
 }
 
 }  // namespace
@@ -223,31 +258,22 @@ SpaceTraits image_space_traits(ImageDomain onto) {
   return traits;
 }
 
-std::shared_ptr<const SampleSpace> image_space(InputArrayPtr luminance, ImageDomain onto, const std::string& path) {
-  const auto& values = std::get<std::vector<float>>(luminance->values);
-  NOISELOOM_CHECK(luminance->shape.size() == 2);
-  const int height = narrow<int>(luminance->shape[0]);
-  const int width = narrow<int>(luminance->shape[1]);
-  check_values(values, static_cast<std::size_t>(width), path);
-  ImageGeometry geometry(onto, width, height);
-  const auto mass_of = [&](int x, int y) {
-    const std::size_t texel =
-        static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-    return static_cast<double>(values[texel]) * geometry.measure(x, y);
-  };
-  double total = 0;
-  for (int y = 0; y < height; ++y) {
-    double row = 0;
-    for (int x = 0; x < width; ++x) row += mass_of(x, y);
-    total += row;
-  }
-  if (!(total > 0)) {
-    const bool black = std::all_of(values.begin(), values.end(), [](float v) { return v == 0; });
-    throw UserError(path, fmt::format("no density: every pixel {}is black", black ? "" : "that lies in the space "));
-  }
-  MassGrid grid(width, height, mass_of);
-  return std::make_shared<ImageSpace>(image_space_traits(onto), std::move(luminance), std::move(geometry),
-                                      std::move(grid), total);
+std::shared_ptr<const SampleSpace> image_space(InputArrayPtr luminance, ImageDomain onto, const std::string& path,
+                                               SharedValues<std::uint64_t> masses) {
+  Density density(luminance, onto, path);
+  MassGrid grid = masses.empty() ? MassGrid(density.width, density.height, density.mass_of)
+                                 : MassGrid(density.width, density.height, std::move(masses));
+  return std::make_shared<ImageSpace>(image_space_traits(onto), std::move(luminance), std::move(density.geometry),
+                                      std::move(grid), density.total);
+}
+
+std::size_t num_image_masses(const InputArray& luminance) {
+  return MassGrid::num_sums(narrow<int>(luminance.shape[1]), narrow<int>(luminance.shape[0]));
+}
+
+void make_image_masses(const SampleSpec& spec, std::span<std::uint64_t> masses) {
+  const Density density(spec.array, spec.onto, spec.file);
+  MassGrid::sum_up(density.width, density.height, density.mass_of, masses);
 }
 
 std::shared_ptr<const SampleSpace> shared_image_space(const SampleSpec& spec) {
@@ -259,7 +285,7 @@ std::shared_ptr<const SampleSpace> shared_image_space(const SampleSpec& spec) {
   const std::lock_guard lock(mutex);
   auto space = newest.lock();
   if (space && newest_array.lock() == array && newest_onto == spec.onto) return space;
-  space = image_space(array, spec.onto, spec.file);
+  space = image_space(array, spec.onto, spec.file, spec.masses);
   newest = space;
   newest_array = array;
   newest_onto = spec.onto;

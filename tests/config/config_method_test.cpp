@@ -133,7 +133,8 @@ TEST(VoidAndClusterConfig, RefusesWhatDoesNotApplyAtItsLine) {
   const std::string with = "with method = \"void-and-cluster\" ";
   EXPECT_THAT(faults_with(&MaskText::samples, "samples = \"vector2\""),
               ElementsAre("run.toml:3: texture.samples = \"vector2\": " + with +
-                          "they must be \"uniform\": the order of the pixels makes the values"));
+                          "they must be \"uniform\", as the order of the pixels makes the values; or vector2, vector3 "
+                          "or vector4 along a curve (optimizer.curve)"));
   EXPECT_THAT(faults_with(&MaskText::first, "{ axes = \"xy\", kernel = \"box\", size = 3 }"),
               ElementsAre("run.toml:7: filter.groups[0].kernel = \"box\": " + with + "it must be \"gauss-energy\""));
   EXPECT_THAT(faults_with(&MaskText::second, "{ axes = \"t\", kernel = \"gauss-energy\", sigma = 1001 }"),
@@ -171,7 +172,7 @@ TEST(VoidAndClusterConfig, NamesValuesOutOfRange) {
               ElementsAre(StartsWith("run.toml:12: optimizer.bounded = true: must be the names of axes")));
   EXPECT_THAT(faults_with(&MaskText::optimizer, "desnity = 0.1"),
               ElementsAre("run.toml:12: optimizer.desnity: unknown key; did you mean \"density\"? accepted: method, "
-                          "density, bounded, bits, equalize"));
+                          "density, curve, bounded, bits, equalize"));
 }
 
 TEST(VoidAndClusterConfig, FaultsComeTogether) {

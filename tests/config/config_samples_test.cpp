@@ -16,6 +16,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
+using ::testing::UnorderedElementsAre;
 
 std::string with_samples(const std::string& samples) {
   ConfigText text;
@@ -134,9 +135,28 @@ TEST(ConfigCurve, FaultsSayWhatItIsFor) {
                   "they are uniform"));
   text.samples = "samples = \"vector3\"";
   text.optimizer = "method = \"anneal\"\ncurve = \"hilbert\"";
-  EXPECT_THAT(faults_of(text.text()), ElementsAre(HasSubstr("applies only with method = \"construct\" or \"auto\"")));
+  EXPECT_THAT(faults_of(text.text()),
+              ElementsAre(HasSubstr("applies only with method = \"construct\", \"auto\" or \"void-and-cluster\"")));
   text.optimizer = "curve = \"hilber\"";
   EXPECT_THAT(faults_of(text.text()), ElementsAre(HasSubstr("did you mean \"hilbert\"?")));
+}
+
+TEST(ConfigCurve, DealsOutTheSamplesOfEachSliceByTheOrderOfVoidAndCluster) {
+  ConfigText text;
+  text.first = "{ axes = \"xy\", kernel = \"gauss-energy\" }";
+  text.second = "{ axes = \"t\", kernel = \"gauss-energy\" }";
+  text.combine = "combine = \"sum\"";
+  text.samples = "samples = \"vector2\"";
+  text.energy = "";
+  text.optimizer = "method = \"void-and-cluster\"\ncurve = \"morton\"\nequalize = \"slice\"";
+  const RunConfig config = parsed(text.text());
+  EXPECT_EQ(config.problem.samples.curve, Curve::morton);
+  EXPECT_EQ(to_toml(parsed(to_toml(config))), to_toml(config));
+  text.optimizer = "method = \"void-and-cluster\"\ncurve = \"morton\"\nbits = 8";
+  EXPECT_THAT(faults_of(text.text()), UnorderedElementsAre(HasSubstr("add equalize = \"slice\""),
+                                                           HasSubstr("optimizer.bits = 8: is for scalars")));
+  text.optimizer = "method = \"void-and-cluster\"";
+  EXPECT_THAT(faults_of(text.text()), ElementsAre(HasSubstr("along a curve (optimizer.curve)")));
 }
 
 TEST(ConfigEye, IsAFilterOverTimeWithTwoNumbers) {

@@ -178,5 +178,26 @@ TEST(OrderSamples, ArePartsOfTheFinishedOnesWhilePlacesAreMissing) {
   }
 }
 
+// Vectors go where the scalars of their numbers would.
+TEST(OrderSamples, AlongACurveAreDealtByTheOrderOfTheSlice) {
+  const std::uint32_t off = ~0U;
+  for (std::vector<std::uint32_t> slice : shuffled_slices(3, 200)) {
+    std::vector<float> list;
+    for (int i = 0; i < 200; ++i) list.insert(list.end(), {static_cast<float>(i), static_cast<float>(1000 - i)});
+    for (const std::uint32_t placed : {600U, 311U}) {
+      for (std::uint32_t& place : slice) place = place < placed ? place : off;
+      const auto numbers = samples_of_order(bytes_of(slice), uint32_codec, 600, settings(0, Equalize::slice));
+      const auto samples = samples_along_curve(bytes_of(slice), uint32_codec, 600, list);
+      ASSERT_EQ(samples.size(), 400U);
+      for (std::size_t i = 0; i < 200; ++i) {
+        ASSERT_EQ(std::isnan(numbers[i]), std::isnan(samples[2 * i]));
+        if (std::isnan(numbers[i])) continue;
+        EXPECT_EQ(samples[2 * i], std::floor(numbers[i] * 200));
+        EXPECT_EQ(samples[2 * i + 1], 1000 - samples[2 * i]);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace noiseloom

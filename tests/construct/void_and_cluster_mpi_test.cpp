@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 
+#include "support/sanitizers.h"
 #include "support/vac_specs.h"
 #include "support/void_and_cluster_oracle.h"
 
@@ -79,12 +80,14 @@ TEST(VoidAndClusterRanks, EqualSlowTwin) {
   const Communicator world = Communicator::world();
   ThreadPool pool(1);
   for (const VacSpec& spec : specs()) {
-    oracle::VoidAndClusterOracle slow(spec, vac_scale_log2(spec));
     VoidAndCluster run(spec, world, pool);
     run.start();
     run.advance(everything);
     EXPECT_TRUE(run.done());
-    EXPECT_EQ(ranks_of(run, world), slow.order()) << spec.extents.to_string();
+    const std::vector<std::uint64_t> ranks = ranks_of(run, world);
+    if (!world.is_root()) continue;  // the twin takes longest of all
+    oracle::VoidAndClusterOracle slow(spec, vac_scale_log2(spec));
+    EXPECT_EQ(ranks, slow.order()) << spec.extents.to_string();
     EXPECT_EQ(run.progress().num_swaps, slow.num_swaps());
   }
 }
@@ -183,6 +186,7 @@ TEST(VoidAndClusterRanks, AllThrowWhereOneCannotGoOn) {
 }
 
 TEST(VoidAndClusterRanks, CountWhatTravels) {
+  if (under_sanitizers) GTEST_SKIP() << "counts messages, of which the tests above send all kinds";
   const Communicator world = Communicator::world();
   const VacSpec spec = vac_spec({64, 64, 32}, {{0, 1}, {2}});
   ThreadPool pool(1);

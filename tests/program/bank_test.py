@@ -10,10 +10,11 @@ import time
 
 try:
     import h5py
+    import numpy
 except ImportError:
-    print("skipped: python3 has no h5py")
+    print("skipped: python3 has no h5py or no numpy")
     raise SystemExit(77)
-from support import ProgramTest, main
+from support import BIN, ProgramTest, main
 
 BASE = """
 [texture]
@@ -133,7 +134,9 @@ class Bank(ProgramTest):
         self.write("bank.toml", SEEDS % 8)
         workers = [subprocess.Popen(self.command("bank", "bank.toml", "-o", "made", "--resume", "--threads", "1", "--progress", "json"),
                                     cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) for _ in range(3)]
-        said = [json.loads(line) for worker in workers for line in worker.communicate(timeout=60)[1].splitlines()]
+        lines = [[json.loads(line) for line in worker.communicate(timeout=60)[1].splitlines()] for worker in workers]
+        self.assertEqual([(one[-1]["event"], one[-1]["done"]) for one in lines], [("summary", 8)] * 3)
+        said = [line for one in lines for line in one if line["event"] == "member"]
         self.assertEqual([worker.returncode for worker in workers], [0, 0, 0])
         self.assertEqual(sorted(line["member"] for line in said), sorted(f"seed{seed}" for seed in range(1, 9)))
         self.assertEqual({row["state"] for row in self.index()}, {"done"})
@@ -244,6 +247,40 @@ class Bank(ProgramTest):
             self.assertIn("seed1: made/seed1.h5: is a folder", done.stderr)
             self.assertIn("seed3: made/seed3.h5: is a folder", done.stderr)
             self.assertIn("2 of 4 members done: made/index.csv; others failed; no pack was made", done.stdout)
+
+    def study(self, *arguments, expect=0):
+        done = subprocess.run([BIN / "noiseloom-study", *arguments], capture_output=True, text=True, cwd=self.folder)
+        self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
+        return done
+
+    def test_its_folder_is_verified_and_exported_as_a_covariance(self):
+        self.write("bank.toml", SEEDS % 6)
+        self.bank("--quiet", "--set", "texture.samples=gauss", "--set", "texture.size={x=13,y=11,t=3}")
+        found = json.loads(self.study("verify", "made", "--json").stdout)
+        self.assertEqual((found["members"], found["compared"], found["pairs"], found["sound"]), (6, 6, 15, True))
+        self.assertLess(found["bands"][0]["power"], 0.3)  # blue
+        self.study("export", "made", "-o", "made.npz", "--covariance")
+        arrays = numpy.load(self.folder / "made.npz")
+        planes = []
+        for path in (self.folder / "made").glob("*.h5"):
+            with h5py.File(path) as file:
+                planes.append(file["samples"][...].reshape(3, 11, 13).astype("f8"))
+        planes = numpy.concatenate(planes)
+        numpy.testing.assert_allclose(arrays["mean"], planes.mean(axis=0), atol=1e-6)
+        power = (abs(numpy.fft.fft2(planes - planes.mean())) ** 2).mean(axis=0) / 143
+        numpy.testing.assert_allclose(arrays["spectrum"], numpy.maximum(power, 1e-6 * power.mean()), rtol=1e-4, atol=1e-6)
+        factor = arrays["cholesky"].astype("f8")
+        covariance = (factor @ factor.T).reshape(11, 13, 11, 13)
+        expected = numpy.fft.ifft2(arrays["spectrum"]).real
+        for y, x in ((0, 0), (4, 7)):
+            numpy.testing.assert_allclose(covariance[y, x], numpy.roll(expected, (y, x), (0, 1)), atol=1e-5)
+        self.assertIn(".npz", self.study("export", "made", "-o", "made.png", "--covariance", expect=2).stderr)
+        # One member in the place of another.
+        (self.folder / "made/seed4.h5").write_bytes((self.folder / "made/seed2.h5").read_bytes())
+        self.assertIn("seed2 and seed4 are correlated", self.study("verify", "made", expect=3).stdout)
+        self.write("bank.toml", SEEDS % 1)
+        self.run_program("bank", "bank.toml", "-o", "one", "--quiet")
+        self.assertIn("fewer than two members", self.study("verify", "one", expect=2).stderr)
 
     def test_members_that_do_not_fit_into_a_pack_are_said_on_ranks(self):
         self.write("bank.toml", 'base = "base.toml"\n[vary]\n"texture.size.t" = [3, 4]\n')

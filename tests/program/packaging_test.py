@@ -28,13 +28,22 @@ class Packaging(unittest.TestCase):
             def define(self, name, value): return f"-D{name}={value}"
             def define_from_variant(self, name, variant): return f"-D{name}={variant}"
         stand_in = types.ModuleType("spack.package")
+        build_system = types.ModuleType("spack_repo.builtin.build_systems.cmake")
         for name in ("depends_on", "variant", "version", "license", "generator"):
-            setattr(stand_in, name, lambda *words, name=name, **further: said.setdefault(name, []).append(words[0]))
-        stand_in.CMakePackage = CMakePackage
-        stand_in.__all__ = ["depends_on", "variant", "version", "license", "generator", "CMakePackage"]
-        sys.modules["spack"], sys.modules["spack.package"] = types.ModuleType("spack"), stand_in
+            setattr(build_system if name == "generator" else stand_in, name, lambda *words, name=name, **further: said.setdefault(name, []).append(words[0]))
+        # Since Spack 1.0 the build systems are no longer part of spack.package, but of the repository of its packages.
+        build_system.CMakePackage = CMakePackage
+        stand_in.__all__ = ["depends_on", "variant", "version", "license"]
+        sys.modules.update({"spack": types.ModuleType("spack"), "spack.package": stand_in})
+        for depth in range(1, 4):
+            name = ".".join(build_system.__name__.split(".")[:depth])
+            sys.modules[name] = types.ModuleType(name)
+        sys.modules[build_system.__name__] = build_system
         names = {}
-        exec(compile((PACKAGING / "spack/packages/noiseloom/package.py").read_text(), "package.py", "exec"), names)
+        # A repository lies where its namespace says, below a folder of this name.
+        repository = PACKAGING / "spack" / "spack_repo" / "noiseloom"
+        self.assertEqual((repository / "repo.yaml").read_text(), "repo:\n  namespace: noiseloom\n  api: v2.0\n")
+        exec(compile((repository / "packages/noiseloom/package.py").read_text(), "package.py", "exec"), names)
         arguments = names["Noiseloom"]().cmake_args()
         self.assertEqual([name for name in re.findall(r"-D(NOISELOOM_\w+)", " ".join(arguments)) if name not in options_of_the_build()], [])
         for package in ("mpi", "hdf5@1.10:", "highway", "fmt", "xxhash", "fftw", "openimageio", "cli11", "random123", "tomlplusplus"):

@@ -158,6 +158,10 @@ CONFIGS = {
     "order over one group of three axes":
         'texture.size = { x = 11, y = 13, t = 7 }\n'
         'filter.groups = [{ axes = "xyt", kernel = "gauss-energy", sigma = 1.5 }]\n' + ORDER,
+    "order, vector3 along a Hilbert curve":
+        'texture.size = { x = 14, y = 9, t = 5 }\ntexture.samples = "vector3"\nfilter.combine = "sum"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss-energy" }, { axes = "t", kernel = "gauss-energy" }]\n'
+        'optimizer.curve = "hilbert"\noptimizer.equalize = "slice"\n' + ORDER,
     # Construction: every kernel, product and sum, slice axes, samples.
     "construct, uniform, gauss x ema":
         'texture.size = { x = 33, y = 29, t = 9 }\n'
@@ -281,6 +285,7 @@ CHECKSUMS = {
     "order, sum over one slice axis, bits, equal slices": ("b3309b481c532874", "cb32a6c5524dc9db",),
     "order over two slice axes, bounded, other density": ("0473bd13bfcacc5d", "204e2af5001936e6",),
     "order over one group of three axes": ("e342ca25d9b9acb9", "0561dab2aaf109d7",),
+    "order, vector3 along a Hilbert curve": ("36e8dae7537e3df7", "e157bd1a99f25ce3"),
     "construct, uniform, gauss x ema": ("3213c3850644ae2e",),
     "construct, tent, box in one slice": ("cdb79120bf909ee9",),
     "construct, gauss, sum over two slice axes, other seed": ("c7524501ea97233e",),

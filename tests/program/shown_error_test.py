@@ -85,7 +85,7 @@ stop = {{ iterations = {iterations} }}
         config = self.config("classes of coupled slices")
         done = self.run_program("generate", config, "-o", "run.h5", "--progress", "json")
         lines = [json.loads(line) for line in done.stderr.splitlines()]
-        shown = [line for line in lines if "relative_error" in line]
+        shown = [line for line in lines if line["event"] == "progress"]
         history = self.info("run.h5")["history"]
         rows = dict(zip(history["iterations"], history["relative_error"]))
         self.assertGreaterEqual(len(rows), 20)

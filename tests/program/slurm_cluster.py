@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import re
 import shutil
 import signal
 import socket
@@ -45,7 +46,10 @@ JobCompType=jobcomp/none
 NodeName=n1 NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[1]} CPUs=8 Weight=10 State=UNKNOWN
 NodeName=n2 NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[2]} CPUs=8 Weight=10 State=UNKNOWN
 NodeName=n3 NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[3]} CPUs=8 Weight=1 State=UNKNOWN
-PartitionName=all Nodes=n1,n2,n3 Default=YES MaxTime=INFINITE State=UP
+PreemptType=preempt/partition_prio
+PreemptMode=REQUEUE
+PartitionName=all Nodes=n1,n2,n3 Default=YES MaxTime=INFINITE State=UP PriorityTier=1 GraceTime=60
+PartitionName=urgent Nodes=n1,n2,n3 MaxTime=INFINITE State=UP PriorityTier=9 PreemptMode=OFF
 """
 
 
@@ -204,10 +208,14 @@ class Job:
         for pid in ranks.values():
             os.kill(pid, number)
 
+    def restarts(self):
+        return int(re.search(r"Restarts=(\d+) ", self.cluster.run("scontrol", "show", "job", self.id))[1])
+
     def wait_for_requeue(self):
-        """Slurm lets a job that is queued again wait for two minutes; here for as long as it takes its old start for over."""
-        self.cluster.wait(lambda: self.state() == "PENDING", f"the requeue of {self.id}: {self.state()} {self.said()}")
-        self.cluster.run("scontrol", "update", f"JobId={self.id}", "StartTime=now+2")
+        """Slurm lets a job that is queued again wait for two minutes; here for two seconds."""
+        self.cluster.wait(lambda: self.restarts() > 0 and self.state() != "COMPLETING", f"the requeue of {self.id}")
+        if self.state() == "PENDING":
+            self.cluster.run("scontrol", "update", f"JobId={self.id}", "StartTime=now+2")
 
     def wait_for_end(self):
         self.cluster.wait(lambda: self.state() not in ("PENDING", "RUNNING", "COMPLETING"), f"the end of {self.id}: {self.said()}")

@@ -72,13 +72,14 @@ class SlurmCluster(ProgramTest):
 
     def ends_well(self, job, restarts=1):
         self.assertEqual(job.wait_for_end(), "COMPLETED", job.said())
-        self.assertIn(f"Restarts={restarts} ", self.cluster.run("scontrol", "show", "job", job.id))
+        self.assertEqual(job.restarts(), restarts)
         self.assertEqual(job.said().count("starting afresh"), 1, job.said())
         self.has_the_bytes()
 
     def has_the_bytes(self):
         self.assertEqual(self.samples_checksum("out.h5"), self.samples_checksum(self.straight / "out.h5"))
-        self.assertEqual([path.name for path in self.folder.glob("out.h5?*") if path.suffix != ".log"], [])
+        self.assertEqual([path.name for path in self.folder.glob("out.h5?*") if path.suffix != ".log"], [],
+                         [path.read_text() for path in self.folder.glob("*.log")])
 
     def test_a_rank_that_is_killed(self):
         job = self.submit(*TWO_NODES)
@@ -104,6 +105,14 @@ class SlurmCluster(ProgramTest):
         self.assertIn("everything is saved in out.h5", job.said())
         self.run_program("generate", "run.toml", "-o", "out.h5", "--resume", "--progress", "none")
         self.has_the_bytes()
+
+    def test_preempted(self):
+        job = self.submit(*ONE_NODE, "-w", "n2")
+        job.hold("out.h5")
+        self.cluster.run("sbatch", "-p", "urgent", "-w", "n2", "--exclusive", "-t", "1", "-D", self.folder, "-o", "urgent.log", "--wrap", "true")
+        job.wait_for_requeue()  # Slurm wakes the ranks for the signal
+        self.assertIn("stopped by SIGTERM", job.said())
+        self.ends_well(job)
 
     def test_an_array_of_jobs_shares_a_bank(self):
         self.write("bank.toml", 'base = "run.toml"\n[vary]\n"texture.seed" = "1:6"\n')

@@ -8,7 +8,8 @@ import time
 from support import SOURCE, ProgramTest, main
 
 # The k-th call takes its status from the k-th word of STATUSES (the last one from then on); "signal" waits for USR1 and
-# ends with 75. "save:9" changes the output, or the file SAVED, first. "nothing" ends with 0, and nothing was done.
+# ends with 75. "save:9" changes the output, or the file SAVED, first. "nothing" ends with 0, and nothing was done;
+# with "lost" all was done, and the launcher was killed.
 SRUN = """#!/usr/bin/env bash
 echo "$SRUN_CPUS_PER_TASK $*" >> calls
 read -ra statuses <<< "$STATUSES"
@@ -17,6 +18,7 @@ k=$(($(wc -l < calls) - 1))
 word=${statuses[$k]}
 echo "$word" > word
 [ "$word" != nothing ] || exit 0
+[ "$word" != lost ] || exit 137
 if [ "$word" = signal ]; then
   trap 'exit 75' USR1
   touch waiting
@@ -25,8 +27,11 @@ fi
 case $word in save:*) date +%N >> "${SAVED:-out.h5}" ;; esac
 exit "${word#save:}"
 """
-INFO = '#!/usr/bin/env bash\n[ "$(cat word)" = 0 ] && echo "finished after 9 iterations" || echo "not finished: iteration 3"\n'
-SCONTROL = '#!/usr/bin/env bash\necho "$*" >> requeued\n'
+INFO = '#!/usr/bin/env bash\n[[ $(cat word) =~ ^(0|lost)$ ]] && echo "finished after 9 iterations" || echo "not finished: iteration 3"\n'
+SCONTROL = """#!/usr/bin/env bash
+[ "$1" != show ] || { echo "JobId=$3 Requeue=1 Restarts=${RESTARTS:-${SLURM_RESTART_COUNT:-0}} BatchFlag=1"; exit; }
+echo "$*" >> requeued
+"""
 
 
 class Slurm(ProgramTest):
@@ -76,6 +81,7 @@ class Slurm(ProgramTest):
         self.assertEqual(self.job("nothing 0"), (0, 2, False))
         self.assertEqual(self.job("nothing 75"), (0, 2, True))
         self.assertEqual(self.job("nothing"), (1, 4, False))
+        self.assertEqual(self.job("lost"), (0, 1, False))  # done, and srun was killed since
         made = self.folder / "made"
         made.mkdir()
         bank = {"BANK": "bank.toml", "OUTPUT": "made"}
@@ -117,11 +123,17 @@ class Slurm(ProgramTest):
         self.assertEqual(list(self.folder.glob("*fruitless*")), [])
 
     def test_a_job_that_cannot_be_queued_again_says_what_to_do(self):
-        self.write("scontrol", "#!/usr/bin/env bash\necho 'Requested operation is presently disabled' >&2; exit 1\n").chmod(0o755)
+        self.write("scontrol", "#!/usr/bin/env bash\n[ $1 != show ] || exit 1\necho 'Requested operation is presently disabled' >&2; exit 1\n").chmod(0o755)
         process = self.start("save:75")
         output = process.communicate(timeout=60)[0]
         self.assertEqual(process.returncode, 75, output)
         self.assertIn("submit it once more", output)
+
+    def test_a_script_on_a_node_that_was_given_up_starts_nothing_more(self):
+        """The job has begun again elsewhere, and would be queued again under its own hands."""
+        for statuses, steps in (("1 0", 1), ("137", 1), ("75", 1)):
+            self.assertEqual(self.job(statuses, RESTARTS="1"), (75, steps, False))
+        self.assertEqual(self.job("137", RESTARTS="1", SLURM_RESTART_COUNT="1"), (0, 1, True))
 
     def test_the_warning_of_the_time_limit_is_passed_on(self):
         process = self.start("signal")

@@ -2,6 +2,7 @@
 
 import json
 import re
+import subprocess
 
 from support import ProgramTest, main
 
@@ -57,10 +58,25 @@ class Terminal(ProgramTest):
         self.assertNotIn("background", alone)
         self.assertFalse((self.folder / "run.h5").exists())
 
+    def test_json_progress_is_one_stream(self):
+        """From the first line to the summary, on one descriptor, whatever else is printed."""
+        self.generate("--progress", "json", "--progress-to", "progress", ranks=2)
+        lines = [json.loads(line) for line in (self.folder / "progress").read_text().splitlines()]
+        self.assertEqual((lines[0]["event"], lines[0]["ranks"], lines[-1]["event"]), ("start", 2, "summary"))
+        self.assertEqual(lines[-1]["checksum"], self.samples_checksum("run.h5"))
+        reports = [line for line in lines if line["event"] == "progress"]
+        self.assertLessEqual({"relative_error", "seconds_left", "seconds_since_save", "bytes_sent", "slowest_rank", "fastest_rank"},
+                             reports[-1].keys())
+        self.assertGreater(reports[-1]["bytes_sent"], 0)
+        for report in reports:
+            self.assertTrue(0 <= report["fastest_computed"] <= report["slowest_computed"] <= 1, report)
+        self.assertIn("nowhere/progress: cannot write progress",
+                      self.run_program("generate", self.config, "-o", "x.h5", "--progress-to", "nowhere/progress", ranks=2, expect=1).stderr)
+
     def test_json_progress_and_summary(self):
         done = self.generate("--progress", "json")
         lines = [json.loads(line) for line in done.stderr.splitlines()]
-        rows = [line for line in lines if "relative_error" in line]
+        rows = [line for line in lines if line["event"] == "progress"]
         self.assertGreater(len(rows), 1)
         self.assertLess(rows[-1]["relative_error"], rows[0]["relative_error"])
         for key in ("iterations", "temperature", "acceptance", "candidates_per_second", "seconds", "seconds_left"):
@@ -138,6 +154,23 @@ class Terminal(ProgramTest):
         self.assertIn("run.h5.prev: the generation before it", self.run_program("info", "run.h5").stdout)
         self.generate("--quiet", "--set", "optimizer.stop={score=0.001}", "--time-limit", "0.001s", expect=75)
         self.assertRegex(self.run_program("info", "run.h5").stdout, r"not finished: iteration \d+, R \d\.\d+ of 0\.001 ")
+
+    def test_a_run_is_followed_to_its_end(self):
+        long = ("--set", "optimizer.stop.iterations=6000", "--checkpoint-every", "0.05s", "--quiet")
+        self.generate(*long, "--time-limit", "0.1s", expect=75)
+        stopped = self.run_program("info", "run.h5", "--follow", expect=75)
+        self.assertIn("nobody works on it", stopped.stderr)
+        self.assertIn("not finished: iteration", stopped.stdout)
+        run = subprocess.Popen(self.command("generate", self.config, "-o", "run.h5", "--resume", *long), cwd=self.folder)
+        while not (self.folder / "run.h5.lock").exists():
+            self.assertIsNone(run.poll())
+        followed = self.run_program("info", "run.h5", "--follow", "--json", timeout=60)
+        run.wait()
+        states = [json.loads(line)["state"] for line in followed.stdout.splitlines()]
+        self.assertGreater(len(states), 1)
+        self.assertEqual((states[-1]["iterations"], states[-1]["finished"]), (6000, "iterations"))
+        self.assertEqual([state["finished"] for state in states[:-1]], [""] * (len(states) - 1))
+        self.assertIn("nowhere.h5", self.run_program("info", "nowhere.h5", "--follow", expect=2).stderr)
 
     def test_text_info(self):
         self.generate("--progress", "none")

@@ -85,6 +85,102 @@ TEST(Effects, PanesAreCompositedOneOverTheOther) {
   }
 }
 
+const std::string of_one_number =
+    "[image]\nwidth = 6\nheight = 4\nrepeats = 1\noutputs = [\"images\"]\n[[noise]]\nkind = \"white\"\n[filter.time]\n"
+    "kernels = [\"mc\"]\n[effects.integrand]\nfunction = \"sine\"\n[effects.dither]\npicture = \"ramp\"\n"
+    "[effects.transparency]\nalpha = [0.3]\n[effects.free-flight]\n[effects.ray-march]\nsteps = 1\n[effects.sparse]\n"
+    "[volume]\nresolution = 9\n";
+
+Noise noise_of(Texture texture) {
+  return {.spec = {.kind = NoiseKind::file, .name = "values"},
+          .texture = std::make_shared<const Texture>(std::move(texture))};
+}
+
+// Every pixel of a picture that is averaged over all places of a mask is the mean over the list of its values.
+TEST(Effects, OverAllShiftsEveryEffectHasTheMeanOverAllValues) {
+  constexpr int n = 64;
+  Scene scene = scene_of(of_one_number);
+  ThreadPool pool(1);
+  Texture list = make_texture(Extents({1, 1, n}), 1);
+  for (int i = 0; i < n; ++i) list.values[static_cast<std::size_t>(i)] = (static_cast<float>(i) + 0.5F) / n;
+  scene.frames = n;
+  const Result means = render(scene, {noise_of(list)}, pool);
+  scene.frames = 4;
+  const std::size_t num_effects = means.effects.size();
+  EXPECT_EQ(num_effects, 6U);
+  std::vector<std::vector<double>> sums(num_effects);
+  for (int shift = 0; shift < 16; ++shift) {
+    Texture moved = make_texture(Extents({4, 4, 4}), 1);
+    for (int i = 0; i < n; ++i) {
+      const int x = (i + shift) % 4;
+      const int y = (i / 4 + shift / 4) % 4;
+      moved.values[static_cast<std::size_t>(i / 16 * 16 + y * 4 + x)] =
+          list.values[static_cast<std::size_t>(i * 37 % n)];
+    }
+    const Result result = render(scene, {noise_of(moved)}, pool);
+    for (std::size_t effect = 0; effect < num_effects; ++effect) {
+      const std::vector<float>& values = result.pictures[2 * effect + 1].values;  // mc
+      sums[effect].resize(values.size());
+      for (std::size_t i = 0; i < values.size(); ++i) sums[effect][i] += static_cast<double>(values[i]) / 16;
+    }
+  }
+  for (std::size_t effect = 0; effect < num_effects; ++effect)
+    for (std::size_t i = 0; i < sums[effect].size(); ++i)
+      EXPECT_NEAR(sums[effect][i], static_cast<double>(means.pictures[2 * effect + 1].values[i]), 1e-6)
+          << name_of(means.effects[effect]);
+}
+
+// And that list, the finer the closer, has the mean that truth is.
+TEST(Effects, TheMeanOverFineValuesIsTheTruth) {
+  constexpr int n = 4096;
+  Scene scene = scene_of(of_one_number);
+  scene.frames = n;
+  ThreadPool pool(2);
+  Texture list = make_texture(Extents({1, 1, n}), 1);
+  for (int i = 0; i < n; ++i) list.values[static_cast<std::size_t>(i)] = (static_cast<float>(i) + 0.5F) / n;
+  const Result result = render(scene, {noise_of(list)}, pool);
+  const auto is_smooth = [](Effect effect) { return effect == Effect::integrand || effect == Effect::ray_march; };
+  for (std::size_t effect = 0; effect < result.effects.size(); ++effect)
+    for (std::size_t i = 0; i < result.truths[2 * effect].values.size(); ++i)
+      EXPECT_NEAR(result.pictures[2 * effect + 1].values[i], result.truths[2 * effect].values[i],
+                  is_smooth(result.effects[effect]) ? 5e-6F : 0.5F / n)
+          << name_of(result.effects[effect]) << " " << i;
+}
+
+TEST(Effects, AMeanOfManyFramesLosesNothing) {
+  Scene scene = scene_of(
+      "[image]\nwidth = 1\nheight = 1\nframes = 50000\nrepeats = 1\noutputs = [\"images\"]\n[[noise]]\nkind = "
+      "\"white\"\n[filter.time]\nkernels = [\"mc\"]\n[effects.integrand]\n");
+  Texture texture = make_texture(Extents({1, 1, 5}), 1);
+  texture.values = {0.99F, 0.01F, 0.5F, 0.33F, 0.17F};
+  ThreadPool pool(1);
+  const Result result = render(scene, {noise_of(texture)}, pool);
+  EXPECT_NEAR(result.pictures[1].values[0], 0.4F, 6e-8F);
+}
+
+// Two panes that are asked with the same number are there together or not at all: that is said.
+TEST(Effects, ValuesOfOnePixelThatAreTheSameAreTold) {
+  const Scene scene = scene_of(
+      "[image]\nframes = 4096\nrepeats = 1\nwidth = 1\nheight = 1\noutputs = [\"images\"]\n[[noise]]\nkind = "
+      "\"white\"\n[filter.time]\nkernels = [\"mc\"]\n[effects.transparency]\nalpha = [0.5, 0.5]\n");
+  Texture texture = make_texture(Extents({1, 1, 4096}), 1);
+  for (std::size_t i = 0; i < 4096; ++i) texture.values[i] = (static_cast<float>(i) + 0.5F) / 4096;
+  Noise noise = noise_of(std::move(texture));
+  ThreadPool pool(1);
+  const Result result = render(scene, {noise}, pool);
+  const ResultPicture& behind = result.truths[0];
+  // Half of the time the front pane, which is red, and never the other: as if its opacity were 0.
+  const float red = 0.9F;
+  EXPECT_GT(std::fabs(result.pictures[1].values[0] - behind.values[0]), 0.05F);
+  EXPECT_NEAR(result.pictures[1].values[0], 0.5F * red + 0.5F * (0.25F + 0.75F * 0.5F), 1e-3F);
+  const auto notes = notes_of_reading(scene, {noise});
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_NE(notes[0].find("of the 2 values that transparency reads"), std::string::npos) << notes[0];
+  noise.spec.values_from = ValuesFrom::slices;
+  EXPECT_TRUE(notes_of_reading(scene, {noise}).empty());
+  EXPECT_TRUE(notes_of_reading(scene, {mask(4, 4, 1)}).empty());
+}
+
 TEST(Effects, OpacitiesOfNothingAndAllAreExact) {
   for (const char* const alpha : {"[0]", "[1]", "[0, 0, 1, 0.5]"}) {
     const Result result = rendered(std::string("[image]\nframes = 3\n[[noise]]\nkind = \"white\"\n[[noise]]\nkind = "

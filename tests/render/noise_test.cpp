@@ -1,13 +1,16 @@
 #include "noiseloom/render/noise.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "noiseloom/core/error.h"
+#include "render/sampler_tables.h"
 #include "render/scene_support.h"
 #include "support/run_files.h"
 
@@ -137,6 +140,77 @@ TEST(Noise, OnlyDamagedTexturesAreMadeAnew) {
   const auto refuse = [](const auto&...) { throw UserError("maker", "was asked"); };
   EXPECT_THROW(open_noise(spec, folder / "noise", refuse), UserError);
   EXPECT_TRUE(std::filesystem::exists(path));
+}
+
+class Tables : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("noiseloom-tables-" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  static std::string array(const std::string& head, std::size_t size, unsigned step, const std::string& last = "") {
+    std::string text = head + " = {";
+    for (std::size_t i = 0; i + 1 < size; ++i)
+      text += std::to_string(i * step / 3 % 256) + (i % 16 == 15 ? ",\n" : ", ");
+    return text + (last.empty() ? std::to_string((size - 1) * step / 3 % 256) : last) + "};\n";
+  }
+  Noise opened(const std::string& text) const {
+    const std::string path = (folder_ / "tables.cpp").string();
+    std::ofstream(path) << text;
+    return open_noise({.kind = NoiseKind::tables, .name = "n", .file = path}, "", nullptr);
+  }
+  std::string fault_of(const std::string& text) const {
+    try {
+      opened(text);
+    } catch (const UserError& error) {
+      return error.what();
+    }
+    return "no fault";
+  }
+
+  std::filesystem::path folder_;
+  const std::string sequence_ = array("static const int sobol_256spp_256d[256*256]", 65536, 37);
+  const std::string scramble_ =
+      array("// int scramblingTile[1] = {1};\nconst int scramblingTile[128*128*8]", 131072, 91);
+  const std::string order_ = array("uint8_t ranking_tile[128 * 128][8]", 131072, 53, "7, /* the last */");
+};
+
+TEST_F(Tables, GiveThePointsOfTheirSequenceByTheKeysOfThePixel) {
+  const std::string text = "float f(int i) { return sobol_256spp_256d[i]; }\n" + sequence_ + scramble_;
+  for (const bool ordered : {true, false}) {
+    const Noise noise = opened(ordered ? text + order_ : text);
+    EXPECT_EQ(noise.numbers_in_value(), 1);
+    NoiseReader reader(noise, {.x = 100, .y = 3, .t = 9}, 10, 40);
+    for (const std::int64_t frame : {0, 5, 300}) {
+      reader.read(127, frame);
+      for (const int x : {0, 27, 28, 39})
+        for (const int i : {0, 1, 7, 8}) {
+          const auto key = static_cast<unsigned>((130 % 128 * 128 + (x + 100) % 128) * 8 + i % 8);
+          const unsigned order = !ordered ? 0 : key == 131071 ? 7 : key * 53 / 3 % 256;
+          const unsigned place = ((static_cast<unsigned>(frame) % 256) ^ order) * 256 + static_cast<unsigned>(i);
+          EXPECT_EQ(reader.at(x)(i), (static_cast<float>(place * 37 / 3 % 256 ^ key * 91 / 3 % 256) + 0.5F) / 256);
+        }
+    }
+  }
+}
+
+TEST_F(Tables, AreRefusedWithWhatIsWrong) {
+  const auto expect = [&](const std::string& text, const std::string& words) {
+    EXPECT_NE(fault_of(text).find(words), std::string::npos) << fault_of(text);
+  };
+  expect("", "has no array sobol_256spp_256d");
+  expect(sequence_, "has no array scramblingTile");
+  expect(array("sobol_256spp_256d[]", 65535, 1) + scramble_, "sobol_256spp_256d has 65535 numbers, must have 65536");
+  expect(sequence_ + array("scramblingTile", 131072, 1, "256"), "number 131071 (counted from 0) is \"256\"");
+  expect(sequence_ + array("scramblingTile", 131072, 1, "-1"), "is \"-1\": accepted are integers from 0 to 255");
+  expect(sequence_ + array("scramblingTile", 131072, 1, "1 2"), "after 131072 numbers neither , nor }");
+  expect(sequence_ + "scramblingTile = {1, 2", "neither , nor }");
+  expect(sequence_ + "scramblingTile = {", "is \"\"");
+  EXPECT_EQ(fault_of(sequence_ + scramble_), "no fault");
+  std::filesystem::remove(folder_ / "tables.cpp");
+  EXPECT_THROW(load_sampler_tables((folder_ / "tables.cpp").string()), UserError);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ height = 9
 frames = 4
 repeats = 2
 outputs = ["curves", "images", "predictions", "spectra"]
-metrics = ["deviation", "ssim", "bands", "unseen"]
+metrics = ["deviation", "ssim", "bands", "unseen", "pattern"]
 [[noise]]
 kind = "white"
 [[noise]]
@@ -124,6 +124,7 @@ TEST(Passes, ASceneWithEveryEffectDoesWhatItsPlanSays) {
 TEST(Passes, WhatIsNotNamedIsOff) {
   Scene scene = scene_of(everything);
   scene.noises.pop_back();  // seeds are moved from frame to frame
+  scene.metrics.pop_back();
   scene.dither.on = false;
   scene.time.kernels.clear();
   scene.outputs.clear();
@@ -139,6 +140,7 @@ TEST(Passes, WhatIsNotNamedIsOff) {
 TEST(Passes, AFrameThatAnExpectationAsksForIsRendered) {
   Scene scene = scene_of(everything);
   scene.noises.pop_back();  // seeds are moved from frame to frame
+  scene.metrics.pop_back();
   scene.time.kernels.clear();
   scene.outputs.clear();
   scene.expects.push_back({.order = "white = white", .effect = "dither", .frame = 2});

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "render/pattern.h"
 #include "render/scene_support.h"
 
 namespace noiseloom::render {
@@ -60,6 +61,34 @@ TEST(Seeds, ErrorsBecomeThoseOfTheMask) {
   EXPECT_NEAR(result.rmse(0, 2, 1, 0).mean / result.rmse(0, 0, 1, 0).mean, 1, 0.05);
   EXPECT_LT(result.rmse(0, 2, 1, 1).mean, 0.8 * result.rmse(0, 0, 1, 1).mean);
   EXPECT_NEAR(result.rmse(0, 2, 0, 2).mean / result.rmse(0, 2, 0, 0).mean, 1, 1e-6);
+}
+
+TEST(Seeds, HowWellAnErrorFollowsAMaskIsMeasured) {
+  const std::vector<float> mask = scattered_values(20 * 12, 17);
+  Image image = make_image(20, 12, 1);
+  for (std::size_t i = 0; i < mask.size(); ++i) image.values[i] = 0.25F * mask[i] * mask[i] - 3;
+  EXPECT_NEAR(pattern_error(image, 1, mask), 0, 1e-12);
+  for (float& value : image.values) value = -value;
+  EXPECT_NEAR(pattern_error(image, 1, mask), 2, 1e-12);
+  // A ramp that is steeper than the mask hides it, as a window has both; equal values are of one rank.
+  image.values.assign(mask.size(), 0.5F);
+  EXPECT_EQ(pattern_error(image, 1, mask), 1);
+  for (std::size_t i = 0; i < mask.size(); ++i) image.values[i] = i % 2 == 0 ? 1.0F : 0.0F;
+  const double of_chance = pattern_error(image, 1, scattered_values(mask.size(), 2 * 31));
+  EXPECT_NEAR(of_chance, 1, 0.3);
+}
+
+TEST(Seeds, AStylisedPatternCanBeTheTarget) {
+  const std::string base =
+      "[image]\nwidth = 64\nheight = 64\nframes = 3\nrepeats = 2\nmetrics = [\"pattern\"]\n[[noise]]\nkind = "
+      "\"white\"\n[effects.integrand]\n";
+  EXPECT_ANY_THROW(scene_of(base));
+  const Result result =
+      rendered(base + "[[noise]]\nkind = \"blue-2d\"\n[[noise]]\nkind = \"heitz-belcour\"\ntarget = \"blue-2d\"\n");
+  EXPECT_NEAR(result.value(Metric::pattern, 0, 0, 0, 2).mean, 1, 0.03);
+  EXPECT_NEAR(result.value(Metric::pattern, 0, 2, 0, 0).mean, 1, 0.03);  // nothing is moved before the first frame
+  EXPECT_LT(result.value(Metric::pattern, 0, 2, 0, 2).mean, 0.6);        // within blocks of 4, of windows of 8
+  EXPECT_NEAR(result.value(Metric::pattern, 0, 1, 0, 2).mean, 0, 1e-6);  // the mask itself
 }
 
 TEST(Seeds, FollowATextureOfTheScene) {

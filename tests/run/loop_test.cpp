@@ -212,6 +212,14 @@ TEST_F(Loop, SaysWhereItSaved) {
   EXPECT_THAT(text, Not(HasSubstr("saved at step 10")));  // the summary says that
 }
 
+TEST_F(Loop, TellsProgramsOfTheSaveAndOfRanks) {
+  run({.checkpoint_every_s = 4}, ProgressKind::json);
+  const std::string text = printed();
+  EXPECT_THAT(text, HasSubstr("\"seconds_since_save\": null, \"bytes_sent\": 0, \"slowest_rank\": 0, "
+                              "\"slowest_computed\": 1, \"fastest_rank\": 0"));
+  EXPECT_THAT(text, HasSubstr("\"seconds_since_save\": 2"));
+}
+
 TEST_F(Loop, AFullDiskUnderTheLogIsNoReasonToStop) {
   ::close(pipe_[1]);
   pipe_[1] = ::open("/dev/full", O_WRONLY);

@@ -41,9 +41,11 @@ TEST(Progress, EachKindSaysWhatItPromises) {
   };
   EXPECT_EQ(printed(ProgressKind::plain, all),
             "half way, 1 min 30 s left (by the pace so far)\nsaid\nWARNING: warned\nconcluded\n");
-  EXPECT_EQ(printed(ProgressKind::json, all),
-            "{\"half\": 1, \"seconds_left\": 90}\n{\"message\": \"said\"}\n{\"message\": \"WARNING: warned\"}\n"
-            "{\"message\": \"concluded\"}\n");
+  EXPECT_EQ(
+      printed(ProgressKind::json, all),
+      "{\"event\": \"progress\", \"half\": 1, \"seconds_left\": 90}\n{\"event\": \"message\", \"message\": \"said\"}\n"
+      "{\"event\": \"warning\", \"message\": \"WARNING: warned\"}\n"
+      "{\"event\": \"stopped\", \"message\": \"concluded\"}\n");
   EXPECT_EQ(printed(ProgressKind::none, all), "WARNING: warned\nconcluded\n");
   EXPECT_EQ(printed(ProgressKind::quiet, all), "WARNING: warned\n");
   EXPECT_EQ(printed(ProgressKind::silent, all), "");
@@ -57,7 +59,8 @@ TEST(Progress, JsonHasNoNumberThatIsNone) {
       return ProgressFigures{0.5, "", "", {{"rate", endless}, {"R", none}}, endless};
     });
   };
-  EXPECT_EQ(printed(ProgressKind::json, without_numbers), "{\"rate\": null, \"R\": null, \"seconds_left\": null}\n");
+  EXPECT_EQ(printed(ProgressKind::json, without_numbers),
+            "{\"event\": \"progress\", \"rate\": null, \"R\": null, \"seconds_left\": null}\n");
 }
 
 TEST(Progress, ALineClosesTheBarFirst) {

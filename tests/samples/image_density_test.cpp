@@ -101,14 +101,15 @@ double luminance_at(const SampleSpec& spec, const float* p) {
   }
   const double x = std::clamp(std::floor(u * width), 0.0, width - 1);
   const double y = std::clamp(std::floor(v * height), 0.0, height - 1);
-  return static_cast<double>(std::get<std::vector<float>>(spec.array->values)[static_cast<std::size_t>(y * width + x)]);
+  return static_cast<double>(
+      std::get<SharedValues<float>>(spec.array->values)[static_cast<std::size_t>(y * width + x)]);
 }
 
 TEST(ImageDensity, EachStratumHoldsItsOwnSampleWhereThereIsLight) {
   for (const ImageDomain onto : all_domains) {
     for (const auto& [height, width] : {std::pair(1, 1), std::pair(3, 1), std::pair(17, 31), std::pair(64, 128)}) {
       const SampleSpec spec = rough(onto, height, width);
-      if (height == 1) const_cast<float&>(std::get<std::vector<float>>(spec.array->values)[0]) = 1;
+      if (height == 1) const_cast<float&>(std::get<SharedValues<float>>(spec.array->values)[0]) = 1;
       const auto space = space_of(spec);
       const auto channels = static_cast<std::size_t>(space->traits().channels);
       for (const std::int64_t n : {1, 2, 3, 5, 101, under_sanitizers ? 1024 : 128 * 128}) {
@@ -328,7 +329,9 @@ TEST(Luminance, WeighsColoursAndDecodesCodes) {
   const auto luminance = [&](const std::string& path, ImageEncoding encoding) {
     spec.file = path;
     spec.encoding = encoding;
-    return std::get<std::vector<float>>(read_luminance(spec)->values);
+    const InputArrayPtr light = read_luminance(spec);
+    const auto& values = std::get<SharedValues<float>>(light->values);
+    return std::vector(values.begin(), values.end());
   };
   EXPECT_EQ(luminance("colour.png", ImageEncoding::linear), (std::vector<float>{0.2126F, 0.7152F}));
   EXPECT_EQ(luminance("grey.png", ImageEncoding::unstated), (std::vector<float>{0.5F, 1}));

@@ -1,7 +1,8 @@
 // Preloaded into a program under test: the process is killed (SIGKILL) just before its k-th operation on a file whose
 // name contains a given part. KILL_AT = k counts from 1; KILL_PART = part of the name. With KILL_SIGNAL = n it gets
 // that signal instead (SIGSTOP suspends it there). With COUNT_FILE set, the number of operations is written there at
-// exit.
+// exit. With FAIL_FROM = j and FAIL_TO = k the operations j to k fail with the error FAIL_ERRNO, as those of a network
+// file system do whose server was started anew; with SLOW_MS = n each takes so many milliseconds longer.
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -10,6 +11,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
@@ -25,19 +27,30 @@ Function* next(const char* name) {
 
 std::atomic<long> operations{0};
 
-void count(const char* path) {
+long number_in(const char* variable) {
+  const char* text = std::getenv(variable);
+  return text != nullptr ? std::atol(text) : 0;
+}
+
+// Whether the operation is to fail; errno says why.
+bool fails(const char* path) {
   const char* part = std::getenv("KILL_PART");
-  if (part == nullptr || path == nullptr || std::strstr(path, part) == nullptr) return;
+  if (part == nullptr || path == nullptr || std::strstr(path, part) == nullptr) return false;
   const long number = ++operations;
   const char* at = std::getenv("KILL_AT");
   const char* instead = std::getenv("KILL_SIGNAL");
   if (at != nullptr && number == std::atol(at)) kill(getpid(), instead != nullptr ? std::atoi(instead) : SIGKILL);
+  if (const long milliseconds = number_in("SLOW_MS"); milliseconds > 0)
+    usleep(static_cast<useconds_t>(1000 * milliseconds));
+  if (number < number_in("FAIL_FROM") || number > number_in("FAIL_TO")) return false;
+  errno = static_cast<int>(number_in("FAIL_ERRNO"));
+  return true;
 }
 
-void count_fd(int fd) {
+bool fails_fd(int fd) {
   char path[4096] = {};
   const std::string link = "/proc/self/fd/" + std::to_string(fd);
-  if (readlink(link.c_str(), path, sizeof(path) - 1) > 0) count(path);
+  return readlink(link.c_str(), path, sizeof(path) - 1) > 0 && fails(path);
 }
 
 struct AtExit {
@@ -56,35 +69,35 @@ struct AtExit {
 extern "C" {
 
 ssize_t pwrite(int fd, const void* data, size_t size, off_t offset) {
-  count_fd(fd);
+  if (fails_fd(fd)) return -1;
   return next<ssize_t(int, const void*, size_t, off_t)>("pwrite")(fd, data, size, offset);
 }
 ssize_t pwrite64(int fd, const void* data, size_t size, off64_t offset) {
-  count_fd(fd);
+  if (fails_fd(fd)) return -1;
   return next<ssize_t(int, const void*, size_t, off64_t)>("pwrite64")(fd, data, size, offset);
 }
 int ftruncate(int fd, off_t size) noexcept {
-  count_fd(fd);
+  if (fails_fd(fd)) return -1;
   return next<int(int, off_t)>("ftruncate")(fd, size);
 }
 int ftruncate64(int fd, off64_t size) noexcept {
-  count_fd(fd);
+  if (fails_fd(fd)) return -1;
   return next<int(int, off64_t)>("ftruncate64")(fd, size);
 }
 int fsync(int fd) {
-  count_fd(fd);
+  if (fails_fd(fd)) return -1;
   return next<int(int)>("fsync")(fd);
 }
 int rename(const char* from, const char* to) noexcept {
-  count(to);
+  if (fails(to)) return -1;
   return next<int(const char*, const char*)>("rename")(from, to);
 }
 int link(const char* from, const char* to) noexcept {
-  count(to);
+  if (fails(to)) return -1;
   return next<int(const char*, const char*)>("link")(from, to);
 }
 int unlink(const char* path) noexcept {
-  count(path);
+  if (fails(path)) return -1;
   return next<int(const char*)>("unlink")(path);
 }
 int open(const char* path, int flags, ...) {
@@ -92,7 +105,7 @@ int open(const char* path, int flags, ...) {
   va_start(arguments, flags);
   const mode_t mode = va_arg(arguments, mode_t);
   va_end(arguments);
-  count(path);
+  if (fails(path)) return -1;
   return next<int(const char*, int, ...)>("open")(path, flags, mode);
 }
 int open64(const char* path, int flags, ...) {
@@ -100,7 +113,7 @@ int open64(const char* path, int flags, ...) {
   va_start(arguments, flags);
   const mode_t mode = va_arg(arguments, mode_t);
   va_end(arguments);
-  count(path);
+  if (fails(path)) return -1;
   return next<int(const char*, int, ...)>("open64")(path, flags, mode);
 }
 }

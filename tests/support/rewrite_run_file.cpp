@@ -160,8 +160,9 @@ class Rewriter {
       } else {
         std::visit(
             [&](auto& values) {
-              using T = typename std::decay_t<decltype(values)>::value_type;
-              values.at(place.indices.at(0)) = static_cast<T>(std::stod(value));
+              std::vector changed(values.begin(), values.end());
+              changed.at(place.indices.at(0)) = static_cast<typename decltype(changed)::value_type>(std::stod(value));
+              values = std::move(changed);
             },
             array.values);
       }

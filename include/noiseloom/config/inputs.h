@@ -24,6 +24,9 @@ std::vector<RunFileInput> inputs_of(const RunConfig& config);
 // UserError as reading them does.
 std::uint64_t inputs_bytes(const RunConfig& config);
 
+// How many bytes of memory they take while a run lasts, on each node: the same, and the table of a density.
+double inputs_memory(const RunConfig& config);
+
 // Gives the config what a run file holds of the files that it names; a file is known by the name that the config
 // spells. What the run file does not hold (another name; an older run file) is left as it is. Throws UserError, naming
 // the run file's `path`, for contents of another type.

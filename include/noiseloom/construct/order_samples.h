@@ -25,4 +25,9 @@ float sample_of_place(std::uint64_t place, std::uint64_t num_places, int bits);
 std::vector<float> samples_of_order(std::span<const std::byte> order, const OrderCodec& codec, std::int64_t num_pixels,
                                     const OrderSpec& spec);
 
+// The same of a list along a curve, with Equalize::slice: the pixel at place r among the slice's own gets the r-th
+// sample of `list`, [sample][channel], which has as many as the slice has pixels. The result is [pixel][channel].
+std::vector<float> samples_along_curve(std::span<const std::byte> order, const OrderCodec& codec,
+                                       std::int64_t num_pixels, std::span<const float> list);
+
 }  // namespace noiseloom

@@ -1,13 +1,14 @@
 // What this rank is doing, as its watchdog (dist/watchdog.h) sees it from another thread.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 
 #include "noiseloom/core/distribution.h"
 
 namespace noiseloom {
 
-// While one lives, the rank does what it says; then again what it did before. To make one takes a few nanoseconds.
+// While one lives, the rank does what it says; then again what it did before. To make one takes some ten nanoseconds.
 class Activity {
  public:
   enum class Kind : std::uint32_t {
@@ -31,7 +32,11 @@ class Activity {
 
  private:
   Now before_;
+  std::chrono::steady_clock::time_point begun_{};  // where it is the outermost one of waiting
 };
+
+// How long this rank has waited for others since it began.
+double seconds_waited();
 
 // A step of the run has been made: what the watchdog takes for progress.
 void note_step();

@@ -86,7 +86,12 @@ class BankIndex {
   double json_took_s_ = 0;
 };
 
-// The names of the members that are done, in the order of the index. Throws UserError where the folder has no index.
-std::vector<std::string> done_members(const std::string& folder);
+struct DoneMember {
+  std::string name;
+  std::string checksum;  // of /samples
+  std::string settings;  // those that vary, but for the seed: "filter.groups[0].sigma = 0.7"
+};
+// The members that are done, in the order of the index. Throws UserError where the folder has no index.
+std::vector<DoneMember> done_members(const std::string& folder);
 
 }  // namespace noiseloom

@@ -8,12 +8,14 @@
 #include <variant>
 #include <vector>
 
+#include "noiseloom/core/shared_values.h"
+
 namespace noiseloom {
 
 struct InputArray {
   std::vector<std::int64_t> shape;  // as the file says; the last dimension varies fastest
   // Samples are float, as the texture holds them; taps are double.
-  std::variant<std::vector<float>, std::vector<double>> values;
+  std::variant<SharedValues<float>, SharedValues<double>> values;
 
   friend bool operator==(const InputArray&, const InputArray&) = default;
 };

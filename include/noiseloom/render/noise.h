@@ -33,13 +33,16 @@ inline constexpr auto purpose_of_truth = static_cast<Purpose>(109);
 // What a texture of unit vectors holds.
 enum class Directions { none, cosine, hemisphere, sphere };
 
+struct SamplerTables;
+
 struct Noise {
   NoiseSpec spec;
-  std::shared_ptr<const Texture> texture = nullptr;  // null where numbers are computed, or it was only described
-  SampleSpec samples = {};                           // of the texture
-  int channels = 1;                                  // of a value
-  std::int64_t num_values = 0;                       // numbers in the texture, whether it is at hand or not
-  std::vector<std::string> notes = {};               // what had to be assumed of its file
+  std::shared_ptr<const Texture> texture = nullptr;       // null where numbers are computed, or it was only described
+  SampleSpec samples = {};                                // of the texture
+  int channels = 1;                                       // of a value
+  std::int64_t num_values = 0;                            // numbers in the texture, whether it is at hand or not
+  std::shared_ptr<const SamplerTables> tables = nullptr;  // of the kind tables
+  std::vector<std::string> notes = {};                    // what had to be assumed of its file
 
   // Numbers of [0, 1) that one value holds: a scalar 1, vector2 2, ...; 0 for directions and the like.
   int numbers_in_value() const;
@@ -98,6 +101,7 @@ class NoiseReader {
   void read_white(int y, std::int64_t frame);
   void read_sobol(int y, std::int64_t frame);
   void read_seeds(int y);
+  void read_tables(int y, std::int64_t frame);
   float* plane(int number) {
     return numbers_.data() + static_cast<std::size_t>(number) * static_cast<std::size_t>(width_);
   }

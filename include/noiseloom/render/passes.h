@@ -82,9 +82,10 @@ enum class Work : std::uint8_t {
   guided_taps,  // of filters that weigh each tap anew
   differences,
   transformed_values,  // by Fourier transforms
-  moved_seeds
+  moved_seeds,
+  ranks  // of pixels among their neighbours
 };
-inline constexpr int num_work = 16;
+inline constexpr int num_work = 17;
 std::string_view name_of(Work work);
 using Counts = std::array<std::int64_t, num_work>;
 constexpr std::int64_t& count_of(Counts& counts, Work work) { return counts[static_cast<std::size_t>(work)]; }

@@ -23,13 +23,15 @@ enum class NoiseKind {
   ign,
   sobol_owen,
   sobol_rotated,
-  heitz_belcour
+  heitz_belcour,
+  tables
 };
 
 struct NoiseSpec {
   NoiseKind kind = NoiseKind::white;
   std::string name = {};                  // empty: the word of its kind
-  std::string file = {};                  // file: a run file, images or arrays; config: a config of `generate`
+  std::string file = {};                  // file: a run file, images or arrays; config: a config of `generate`;
+                                          // tables: source text
   std::vector<std::string> changes = {};  // config: as --set of `generate`
   std::string samples = "uniform";        // file: what the values mean where the file does not say
   ValuesFrom values_from = ValuesFrom::offsets;
@@ -181,8 +183,8 @@ struct SpaceFilterSpec {
 };
 
 // What is measured of a picture against its truth. The first is measured always.
-enum class Metric { rmse, deviation, ssim, low, middle, high, unseen, flip };
-inline constexpr int num_metrics = 8;
+enum class Metric { rmse, deviation, ssim, low, middle, high, unseen, pattern, flip };
+inline constexpr int num_metrics = 9;
 
 struct ExpectSpec {
   std::string order = {};  // "fast < stbn < white", "blue-2d = white"

@@ -1,6 +1,7 @@
 // One run as the loop drives it, whatever its method: steps between safe points, saving and going on, and what it says.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
@@ -46,6 +47,7 @@ class Job {
   virtual std::string position() const = 0;     // "iteration 40, R 0.12345"
   virtual std::size_t num_rows() const = 0;     // of the history
   virtual ProgressFigures figures(double run_s, double part_s) = 0;
+  virtual std::int64_t bytes_sent() const { return 0; }  // by this rank to others, in this part
   // Lines of the closing summary, label and text. *Collective*
   virtual std::vector<std::pair<std::string, std::string>> summary(double run_s) = 0;
 };

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "noiseloom/dist/communicator.h"
 #include "noiseloom/run/job.h"
@@ -58,6 +59,8 @@ class RunLoop {
   double run_s() const { return earlier_s_ + surroundings_.part_s(); }
   std::uint32_t bits_due() const;
   std::string stop_cause(std::uint32_t bits) const;
+  void report(bool as_json);
+  std::vector<JsonMember> figures_of_ranks();
   void checkpoint();
   std::string save_at_stop();
   std::string save_at_last();
@@ -72,7 +75,10 @@ class RunLoop {
   double next_save_s_;
   double retry_s_;              // until the next try, should one fail
   std::string saved_position_;  // of the job at the last save of this part
+  double saved_s_ = -1;         // when that was
   bool has_moved_ = false;
+  double reported_s_ = 0;  // when the last report was made, and how long this rank had waited for others by then
+  double waited_s_ = 0;
 };
 
 }  // namespace noiseloom

@@ -48,7 +48,7 @@ OrderState order_state(const RunFileContent& content, const std::string& path);
 void check_order(const RunFileReader& file, const OrderState& state);
 
 // What save_order_run writes.
-std::vector<SliceDataset> order_run_datasets(const Extents& extents);
+std::vector<SliceDataset> order_run_datasets(const RunConfig& config);
 
 // Publishes the present state at `path`, like save_run. *Collective*
 std::string save_order_run(FileOps& ops, const std::string& path, const RunConfig& config, const VoidAndCluster& run,

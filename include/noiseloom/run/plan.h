@@ -33,13 +33,14 @@ struct PlanMemory {
   double texture = 0;   // own slices: samples and their places
   double halo = 0;      // copies of other ranks' slices
   double filter = 0;    // footprints and kernels
+  double inputs = 0;    // users' files and the tables of densities: of all ranks of a node together
   double threads = 0;   // what the threads move in
   double at_move = 0;   // more, while slices move: swaps that are not carried out or told yet
   double at_start = 0;  // more, while the samples are placed and scored
   double at_score = 0;  // more, while R is evaluated
   double at_save = 0;   // more, while the run file is written
 
-  double held() const { return program + texture + halo + filter; }
+  double held() const { return program + texture + halo + filter + inputs; }
   double peak() const;
 };
 
@@ -118,6 +119,7 @@ struct RunPlan {
   int idle_ranks = 0;           // without a slice
   PlanMemory most;              // of the rank that needs most
   double node_bytes = 0;        // of the node that needs most
+  double input_bytes = 0;       // what PlanMemory::inputs is
   PlanExchange exchange;
   double run_file_bytes = 0;
   double disk_bytes = 0;  // at a save, when most is there

@@ -13,7 +13,8 @@ namespace noiseloom {
 enum class ProgressKind {
   bar,     // one line that is drawn again and again
   plain,   // a line every few seconds
-  json,    // an object a line, at least one for every row of the history
+  json,    // an object a line, each with its "event": start, progress (at least for every row of the history), message,
+           // warning, stopped, summary
   none,    // the conclusion and warnings
   quiet,   // warnings
   silent,  // nothing at all: for every rank but 0
@@ -47,10 +48,15 @@ class Progress {
   explicit Progress(ProgressKind kind, int descriptor = 2) : kind_(kind), descriptor_(descriptor) {}
   // Shows the figures where it is time to. `num_rows`: of the history, each of which json shows; `part_s`: since this
   // part of the run began.
+  // Whether update() with these would show something.
+  bool is_due(std::size_t num_rows, double part_s) const;
+  bool is_json() const { return kind_ == ProgressKind::json; }
   void update(std::size_t num_rows, double part_s, const std::function<ProgressFigures()>& figures);
   // A line that interrupts the bar.
   void say(const std::string& line);
-  // How the run ended: said where no progress is shown, too.
+  // For programs alone.
+  void tell(const std::string& event, std::vector<JsonMember> members);
+  // How the run ended before its end: said where no progress is shown, too.
   void conclude(const std::string& line);
   // What a user must not miss: said even when quiet.
   void warn(const std::string& line);
@@ -65,7 +71,7 @@ class Progress {
   bool shows_progress() const;
   void print_bar(const ProgressFigures& figures);
   void print(const std::string& text);
-  void print_line(const std::string& line);
+  void print_line(const std::string& line, const std::string& event = "message");
 
   ProgressKind kind_;
   int descriptor_;

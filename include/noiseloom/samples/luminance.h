@@ -1,7 +1,9 @@
 // The luminance of an image: what its pixels weigh as a density.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "noiseloom/files/input_array.h"
@@ -14,6 +16,12 @@ namespace noiseloom {
 // fourth and that behind a single one is alpha and left out; sRGB codes (IEC 61966-2-1) are decoded first. Throws
 // UserError for another shape, and as reading does.
 InputArrayPtr read_luminance(const SampleSpec& spec);
+
+// The table that samples of an image are drawn with, which takes longer to make and twice as much memory as the
+// luminance: how many numbers it has, and the numbers, of a spec that holds the luminance. Throws UserError for what is
+// no density, as making the samples does.
+std::size_t num_image_masses(const InputArray& luminance);
+void make_image_masses(const SampleSpec& spec, std::span<std::uint64_t> masses);
 
 // Rows and columns that an image may have.
 inline constexpr std::int64_t max_image_side = 65536;

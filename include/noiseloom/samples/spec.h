@@ -37,6 +37,8 @@ struct SampleSpec {
                                    // image: a picture, or a .npy of shape [height, width] or [height, width, C]
   InputArrayPtr array;             // file: its contents where they are known; else whoever needs them reads the file.
                                    // image: its luminance, [height, width]
+  SharedValues<std::uint64_t> masses;  // image: what make_image_masses() (samples/luminance.h) makes of it, where ranks
+                                       // share that; else whoever needs it makes it
   DistanceKind distance = DistanceKind::euclidean;   // file only: how its samples are compared
   ImageDomain onto = ImageDomain::square;            // image only
   ImageEncoding encoding = ImageEncoding::unstated;  // image only

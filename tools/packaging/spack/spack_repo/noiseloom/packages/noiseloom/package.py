@@ -1,8 +1,10 @@
-"""noiseloom for Spack, from a checkout:
+"""noiseloom for Spack 1.0 and later, from a checkout:
 
-    spack repo add tools/packaging/spack
+    spack repo add tools/packaging/spack/spack_repo/noiseloom
     spack dev-build noiseloom@main
 """
+
+from spack_repo.builtin.build_systems.cmake import CMakePackage, generator
 
 from spack.package import *
 
