@@ -12,9 +12,21 @@ void SwapOptimizer::Impl::begin_sweep(double seconds) {
   if (optimizer.stop.time_s > 0) state.elapsed_s = communicator.broadcast(seconds);
   prepare_movers();
   const Heat heat = this->heat();
-  const TemperatureRange range = heat.cold ? cold_range() : temperature_range(optimizer);
-  state.temperature = state.mean_magnitude * temperature_at(range.start, range.end, heat.fraction);
+  state.temperature = state.mean_magnitude * temperature(heat);
   own_accepted = own_candidates = 0;
+}
+
+// In units of mean_magnitude.
+double SwapOptimizer::Impl::temperature(const Heat& heat) const {
+  const auto at = [](const TemperatureRange& range, double fraction) {
+    return temperature_at(range.start, range.end, fraction);
+  };
+  const TemperatureRange whole = temperature_range(optimizer);
+  if (heat.cold) return at(cold_range(), heat.fraction);
+  const bool colder = state.join > 0 && state.join < 1 &&
+                      ends_colder(source.distance(), source.channels(), energy_footprint.couples_slices());
+  if (!colder) return at(whole, heat.fraction);
+  return at(joined_range(whole, state.join), (heat.fraction - state.join) / (1 - state.join));
 }
 
 SwapOptimizer::Impl::Heat SwapOptimizer::Impl::heat() const {

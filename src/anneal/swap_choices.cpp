@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "anneal/sieve.h"
+#include "noiseloom/anneal/schedule.h"
 #include "noiseloom/core/math.h"
 #include "noiseloom/problem/colour_classes.h"
 
@@ -33,6 +34,14 @@ StepSchedule step_schedule(DistanceKind kind, int channels) {
 TemperatureRange temperature_range(const OptimizerSpec& optimizer) {
   return {optimizer.temperature_start > 0 ? optimizer.temperature_start : 0.11,
           optimizer.temperature_end > 0 ? optimizer.temperature_end : 8e-4};
+}
+
+TemperatureRange joined_range(const TemperatureRange& whole, double join) {
+  return {temperature_at(whole.start, whole.end, join), std::min(whole.end, 3e-4)};
+}
+
+bool ends_colder(DistanceKind kind, int channels, bool couples_slices) {
+  return kind == DistanceKind::absolute && channels == 1 && !couples_slices;
 }
 
 TemperatureRange cold_range() { return {1e-4, 1e-5}; }

@@ -64,6 +64,7 @@ struct SwapOptimizer::Impl {
     double fraction;
   };
   Heat heat() const;
+  double temperature(const Heat& heat) const;
   void prepare_movers();
   void begin_sweep(double seconds);
   void move(const std::vector<SliceIndex>& moving);

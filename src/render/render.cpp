@@ -128,8 +128,9 @@ class Jobs {
                   all.begin() + static_cast<std::ptrdiff_t>(place * curve));
     }
     const std::size_t of_noise = job.effect * result_.noises.size() + job.noise;
-    std::move(job.spectra.begin(), job.spectra.end(),
-              result_.spectra.begin() + static_cast<std::ptrdiff_t>(of_noise * result_.num_times()));
+    if (!job.spectra.empty())
+      std::move(job.spectra.begin(), job.spectra.end(),
+                result_.spectra.begin() + static_cast<std::ptrdiff_t>(of_noise * result_.num_times()));
     if (!job.pictures.is_there()) return;
     const Pictures& pictures = job.pictures.get(Data::pictures, "results");
     for (std::size_t stage = 0; stage < pictures.after.size(); ++stage)

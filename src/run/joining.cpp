@@ -130,9 +130,9 @@ double extrapolated_error(double error_of_quarter, double error, double tried, d
 }
 
 Joining joining_of(double expected_ratio) {
-  if (expected_ratio < 0.985) return {expected_ratio, false, 0};
+  if (expected_ratio < 0.95) return {expected_ratio, false, 0};
   if (!(expected_ratio <= 1.04)) return {expected_ratio, true, 0};
-  return {expected_ratio, false, 0.3 + 3 * (expected_ratio - 1)};
+  return {expected_ratio, false, 0.35 + 3 * std::max(0.0, expected_ratio - 1)};
 }
 
 Joining joining_of_circle(double iterations) {

@@ -168,5 +168,15 @@ TEST(Schedule, AScoreOutOfReachEndsTheRunAndOneWithinReachDoesNot) {
   }
 }
 
+TEST(Schedule, EndsColderWhereScalarsJoinIt) {
+  const TemperatureRange whole = temperature_range({});
+  const TemperatureRange colder = joined_range(whole, 0.5);
+  EXPECT_LT(colder.end, whole.end);
+  EXPECT_EQ(colder.start, temperature_at(whole.start, whole.end, 0.5));
+  EXPECT_TRUE(ends_colder(DistanceKind::absolute, 1, false));
+  EXPECT_FALSE(ends_colder(DistanceKind::absolute, 1, true));
+  EXPECT_FALSE(ends_colder(DistanceKind::circle, 1, false));
+}
+
 }  // namespace
 }  // namespace noiseloom

@@ -235,10 +235,10 @@ CONFIGS = {
 
 # The number of the algorithm of each method that the checksums below belong to.
 ALGORITHMS = {
-    "anneal": 7,  # anneal_algorithm in include/noiseloom/anneal/swap_optimizer.h
+    "anneal": 8,  # anneal_algorithm in include/noiseloom/anneal/swap_optimizer.h
     "fast": 2,  # fast_algorithm, there too
     "void-and-cluster": 2,  # void_and_cluster_algorithm in include/noiseloom/construct/void_and_cluster.h
-    "construct": 2,  # construct_algorithm in include/noiseloom/construct/slice_construction.h
+    "construct": 3,  # construct_algorithm in include/noiseloom/construct/slice_construction.h
 }
 
 # What they gave: name, combined checksum of /samples, and of /order where there is one.
@@ -305,7 +305,7 @@ CHECKSUMS = {
     "nets of scalars, constructed": ("0ef759e60d7a76d6",),
     "strata over time": ("90118130f391c899",),
     "auto, constructed, annealed in the cold": ("7b1683df58176a13",),
-    "auto, constructed, annealed": ("1b3d2ee7e8693271",),
+    "auto, constructed, annealed": ("92b4133d7850f555",),
 }
 
 

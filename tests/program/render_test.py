@@ -139,7 +139,6 @@ class RenderTest(support.ProgramTest):
         save("upper", upper)
         save("moved", 7 * upper, first=(-13, 40, -2))
         save("other", upper, grid="heat")
-        save("negative", -upper)
         save("nan", upper, further=[((3, 4, 5), float("nan"))])
         (self.folder / "words.vdb").write_text("no volume")
         tail = '\n[volume]\ndensity = "file"\nfile = "%s.vdb"\nresolution = 16\nalbedo = 0\n'
@@ -151,7 +150,7 @@ class RenderTest(support.ProgramTest):
         self.assertLess(truth[6, 16], 20)                       # black behind its density
         self.assertGreater(truth[18, 16], 100)                  # the light behind it
         self.assertGreater(truth[6, 2], 100)                    # beside the box
-        for name, words in (("other", 'it has "heat"'), ("negative", "holds -1e-06 at voxel 0, 0, 0"), ("nan", "holds nan at voxel"),
+        for name, words in (("other", 'it has "heat"'), ("nan", "holds nan at voxel"),
                             ("words", "cannot be read as OpenVDB")):
             done = self.run_program("render", self.scene(tail % name, effect="free-flight"), "-o", "not", expect=2)
             self.assertIn(words, done.stderr)

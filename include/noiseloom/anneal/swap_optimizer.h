@@ -39,7 +39,8 @@ namespace noiseloom {
 //   5, anneal alone: rounds of slices that do not act on each other end in the cold
 //   6, anneal alone: features are fitted to peaks and to far samples alike, and lists of users span their bulk too
 //   7, anneal alone: the strata over time that it begins with are made otherwise (construct/time_strata.h)
-inline constexpr std::int64_t anneal_algorithm = 7;
+//   8, anneal alone: a good arrangement of scalars is annealed to a lower temperature, and from a lower one
+inline constexpr std::int64_t anneal_algorithm = 8;
 inline constexpr std::int64_t fast_algorithm = 2;
 
 // Of a slice: the id of the sample of every cell.

@@ -51,7 +51,8 @@ namespace noiseloom {
 // /samples (tests/program/pinned_samples_test.py notices). A run file keeps it, and a run of another number is not gone
 // on with.
 //   2: under gauss-energy alone nothing is sharpened, unless the config says so
-inline constexpr std::int64_t construct_algorithm = 2;
+//   3: what is annealed after it joins the schedule elsewhere, and ends colder
+inline constexpr std::int64_t construct_algorithm = 3;
 
 // Entries of a slice that is not complete, beside places: one a pixel.
 inline constexpr std::uint32_t pixel_is_on = 0xFFFFFFFEU;   // without a place yet
