@@ -105,6 +105,11 @@ class Environment(ProgramTest):
                 self.run_program("generate", "run.toml", "-o", "out.h5", "--resume", "--quiet", *every[2:])
                 self.assertEqual(self.samples_checksum("out.h5"), self.expected)
 
+    def test_a_quota_that_is_used_up(self):
+        used_up = self.storage(FAIL_FROM=0, FAIL_TO=10**9, FAIL_ERRNO=errno.EDQUOT)
+        self.assertIn("Disk quota exceeded", self.generate(environment=used_up, expect=1).stderr)
+        self.generate()
+
 
 class Faults(unittest.TestCase):
     def test_the_table_of_faults_names_tests_that_there_are(self):

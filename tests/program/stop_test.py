@@ -71,6 +71,25 @@ class Stop(ProgramTest):
         self.run_program("generate", self.config, "-o", "out.h5", "--resume", "--quiet", *long_run)
         self.assertEqual(self.samples_checksum("out.h5"), self.samples_checksum("straight.h5"))
 
+    def test_signals_every_fifty_milliseconds(self):
+        """Whatever a run is at, it saves once and ends; the next one goes on."""
+        long_run = ("--set", "optimizer.stop.iterations=6000")
+        self.run_program("generate", self.config, "-o", "straight.h5", "--quiet", *long_run)
+        stops = 0
+        for _ in range(100):
+            process = self.start(*long_run, *(("--resume",) if stops > 0 else ()))
+            self.wait_for(process, '"iterations"')
+            while process.poll() is None:
+                time.sleep(0.05)
+                process.send_signal((signal.SIGUSR1, signal.SIGTERM, signal.SIGHUP)[stops % 3])
+            if process.returncode == 0:
+                break
+            self.ended(process, 75)
+            stops += 1
+        self.assertGreater(stops, 0)
+        self.assertEqual(process.returncode, 0, self.run_program("info", "out.h5").stdout)
+        self.assertEqual(self.samples_checksum("out.h5"), self.samples_checksum("straight.h5"))
+
     def test_a_signal_before_the_start(self):
         # As soon as the handler is in place, which is long before MPI is: nothing is saved, and that is said.
         process = self.start()
