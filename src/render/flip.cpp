@@ -14,15 +14,16 @@ using Triple = std::array<double, 3>;
 
 double linear_of_code(double code) { return code <= 0.04045 ? code / 12.92 : math::pow((code + 0.055) / 1.055, 2.4); }
 
+// sRGB's primaries and white, as FLIP's authors have them.
 Triple xyz_of_linear(const Triple& c) {
-  return {0.4124564 * c[0] + 0.3575761 * c[1] + 0.1804375 * c[2],
-          0.2126729 * c[0] + 0.7151522 * c[1] + 0.0721750 * c[2],
-          0.0193339 * c[0] + 0.1191920 * c[1] + 0.9503041 * c[2]};
+  return {(10135552 * c[0] + 8788810 * c[1] + 4435075 * c[2]) / 24577794,
+          (2613072 * c[0] + 8788810 * c[1] + 887015 * c[2]) / 12288897,
+          (1425312 * c[0] + 8788810 * c[1] + 70074185 * c[2]) / 73733382};
 }
 Triple linear_of_xyz(const Triple& c) {
-  return {3.2404542 * c[0] - 1.5371385 * c[1] - 0.4985314 * c[2],
-          -0.9692660 * c[0] + 1.8760108 * c[1] + 0.0415560 * c[2],
-          0.0556434 * c[0] - 0.2040259 * c[1] + 1.0572252 * c[2]};
+  return {3.241003275 * c[0] - 1.537398934 * c[1] - 0.498615861 * c[2],
+          -0.969224334 * c[0] + 1.875930071 * c[1] + 0.041554224 * c[2],
+          0.055639423 * c[0] - 0.204011202 * c[1] + 1.057148933 * c[2]};
 }
 
 // Of the white of the screen.
@@ -122,7 +123,7 @@ std::vector<float> seen(const std::vector<float>& plane, int width, int height, 
   for (const auto& [a, b] : {std::pair(sensitivity.a1, sensitivity.b1), std::pair(sensitivity.a2, sensitivity.b2)}) {
     if (!(a > 0)) continue;
     const std::vector<float> taps = gaussian(b);
-    const double height_of_gaussian = a * math::pi / b;  // of the transform in two dimensions
+    const double height_of_gaussian = a * std::sqrt(math::pi / b);  // as in one dimension [Andersson20]
     double sum = 0;
     for (const float tap : taps) sum += static_cast<double>(tap);
     whole += height_of_gaussian * sum * sum;

@@ -96,6 +96,35 @@ TEST(Metrics, FlipOfPlainPicturesIsThatOfTheirColours) {
   EXPECT_EQ(flip(white, of_colour(0.5F, 0.5F, 0.5F)), flip(of_colour(0.5F, 0.5F, 0.5F), white));
 }
 
+// Of images that whole numbers make, by an implementation in NumPy that shares nothing with this one: two-dimensional
+// kernels in double, the constants of the authors' program.
+TEST(Metrics, FlipIsThatOfItsAuthors) {
+  constexpr int width = 40;
+  constexpr int height = 30;
+  constexpr double usual = 0.7 * 3840 / 0.7 * math::pi / 180;
+  const auto made = [&](const auto& code) {
+    Image image = make_image(width, height, 3);
+    for (int c = 0; c < 3; ++c)
+      for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) image.row(c, y)[x] = static_cast<float>(code(x, y, c) / 255);
+    return image;
+  };
+  const auto ramps = [](int x, int y, int c) { return (3 * x + 5 * y + 80 * c) % 256; };
+  const Image colours = made([&](int x, int y, int c) { return 1.0 * ramps(x, y, c); });
+  const Image noisy =
+      made([&](int x, int y, int c) { return 0.75 * ramps(x, y, c) + 0.25 * ((37 * x + 91 * y + 53 * c) % 256); });
+  const auto rings = [](int x, int y) { return (x * x + y * y) / 7 % 64 + 96; };
+  const Image grey = made([&](int x, int y, int) { return 1.0 * rings(x, y); });
+  const Image squares = made([&](int x, int y, int) { return rings(x, y) + (x / 3 + y / 3) % 2 * 24.0; });
+  const auto flip = [](const Image& a, const Image& b, double pixels_per_degree) {
+    return flip_error(a, b, 3, Border::clamp, {}, pixels_per_degree);
+  };
+  EXPECT_NEAR(flip(colours, noisy, usual), 0.439404, 2e-5);
+  EXPECT_NEAR(flip(grey, squares, usual), 0.196853, 2e-5);
+  EXPECT_NEAR(flip(colours, noisy, 20), 0.512024, 2e-5);
+  EXPECT_NEAR(flip(grey, squares, 20), 0.187624, 2e-5);
+}
+
 // Noise that the eye blurs away differs less than noise of the same size that it sees.
 TEST(Metrics, FlipSeesCoarseNoiseBeforeFineNoise) {
   Image grey = make_image(48, 48, 1);
