@@ -54,11 +54,11 @@ class PairWork {
     for (std::size_t i = 0; i < a.spectrum.size(); ++i) {
       const std::complex<double> one(a.spectrum[i]);
       const std::complex<double> other(b.spectrum[i]);
-      const std::complex<double> product = one * std::conj(other);
-      const std::size_t k = i % half;
-      product_[k] += product;
-      found.bands[transforms_.band(k)] += transforms_.weight(k) * product.real();
-      variance[transforms_.band(k)] += transforms_.weight(k) * std::norm(product);
+      product_[i % half] += one * std::conj(other);
+    }
+    for (std::size_t k = 0; k < half; ++k) {
+      found.bands[transforms_.band(k)] += transforms_.weight(k) * product_[k].real();
+      variance[transforms_.band(k)] += transforms_.weight(k) * std::norm(product_[k]);
     }
     transforms_.inverse(product_, values_);
     const double scale = std::sqrt(a.power * b.power);

@@ -30,10 +30,10 @@ class MembersTest : public testing::Test {
     return values;
   }
   // Of the seed that is its number.
-  void add(const std::vector<float>& values, int slices = members_slices) {
+  void add(const std::vector<float>& values, int slices = members_slices, int channels = 1) {
     const std::string name = "m" + std::to_string(files_.size());
     const std::string path = folder_ / (name + ".npy");
-    const std::int64_t shape[] = {slices, members_height, members_width};
+    const std::int64_t shape[] = {slices, members_height, members_width, channels};
     write_npy(path, shape, values);
     files_.push_back({name, path, name, "", name});
   }
@@ -59,6 +59,16 @@ TEST_F(MembersTest, IndependentOnesAreSound) {
   EXPECT_NEAR(found_.bands[2].power, 1, 0.15);
   EXPECT_THAT(text_, HasSubstr("uncorrelated and alike"));
   EXPECT_THAT(text_, Not(HasSubstr("left out")));
+}
+
+TEST_F(MembersTest, ChannelsMayDependOnEachOther) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    std::vector<float> values;
+    for (const float value : white(seed)) values.insert(values.end(), 3, value);
+    add(values, members_slices, 3);
+  }
+  EXPECT_THAT(kinds(), ElementsAre());
+  EXPECT_EQ(found_.pairs, 15);
 }
 
 TEST_F(MembersTest, AMemberThatIsAnotherOneMovedIsFound) {

@@ -6,8 +6,9 @@
 //   channels
 //
 // A shift finds what was made from one stream of random numbers read at another place. Of independent members the
-// phases are, so r has the mean 0 and the variance sum |A|^2 |B|^2 / (sum |A|^2 sum |B|^2), which is 1 / N for white
-// noise and more for blue noise; as a sum of many it is normal. The same over the frequencies of a band, without a
+// phases are, so r has the mean 0 and the variance sum_k |sum A conj(B)|^2 / (sum |A|^2 sum |B|^2), the inner sum over
+// channels, whose phases need not be independent of each other. It is 1 / N for white noise of one channel and more for
+// blue noise; as a sum of many r is normal. The same over the frequencies of a band, without a
 // shift, is the band's cross spectrum. `odds` is how likely independent members would have a value as large anywhere
 // among all that were looked at: at most the sum of their tails.
 //
