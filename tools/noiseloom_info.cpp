@@ -15,6 +15,7 @@
 #include "noiseloom/core/standard_streams.h"
 #include "noiseloom/files/file_ops.h"
 #include "noiseloom/files/generations.h"
+#include "noiseloom/files/run_lock.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom/run/construct_checkpoint.h"
 #include "noiseloom/run/order_checkpoint.h"
@@ -210,11 +211,13 @@ std::string generation_at(const std::string& path) {
 // Says how far a run has come, whenever it is saved, until it is finished or nobody works on it any more.
 int follow_run(const std::string& path, const ResultOptions& result) {
   constexpr std::chrono::milliseconds pause{300};
+  LockWatch lock(path);
   std::string seen;
   for (;;) {
-    const bool is_worked_on = std::filesystem::exists(follow_links(path) + ".lock");  // asked first: it ends last
+    const bool is_worked_on = lock.is_held();  // asked first: it ends last
     const std::string now = generation_at(path);
-    if (now != seen || (now.empty() && !is_worked_on)) {
+    // Where a save takes two renames there is no file between them.
+    if (now.empty() ? !is_worked_on : now != seen) {
       const RunFileReader reader = open_to_look_at(path);
       const RunFileContent& content = reader.content();
       const Checked checked = check(reader);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -116,8 +115,8 @@ class Rounds {
     std::int64_t cost = 0;
     std::size_t at = 0;  // in what the slice holds
   };
-  static constexpr std::int64_t never = std::numeric_limits<std::int32_t>::max();
-  using Round = std::vector<std::size_t>;  // each gives to the next, the last one to the first
+  static constexpr std::int64_t never = std::int64_t{1} << 40;  // more than all offers of a round can save
+  using Round = std::vector<std::size_t>;                       // each gives to the next, the last one to the first
 
   std::size_t slice(std::size_t i) const { return slices_[i]; }
 

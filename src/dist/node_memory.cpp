@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <cstdint>
 #include <string>
 
@@ -48,7 +49,9 @@ std::shared_ptr<Mapping> map_block(const std::string& name, std::size_t bytes, b
   const int file = shm_open(name.c_str(), creates ? O_RDWR | O_CREAT | O_EXCL : O_RDONLY, 0600);
   if (file < 0) return nullptr;
   std::shared_ptr<Mapping> block;
-  if (!creates || posix_fallocate(file, 0, static_cast<off_t>(bytes)) == 0) {
+  int refused = creates ? EINTR : 0;
+  while (refused == EINTR) refused = posix_fallocate(file, 0, static_cast<off_t>(bytes));
+  if (refused == 0) {
     block = std::make_shared<Mapping>(file, bytes, creates ? PROT_READ | PROT_WRITE : PROT_READ);
     if (block->data() == nullptr) block.reset();
   }
@@ -115,8 +118,9 @@ struct NodeMemory::Impl {
   std::shared_ptr<std::byte[]> own;  // where this rank has its own
 };
 
-NodeMemory::NodeMemory(const Communicator& communicator, std::size_t bytes)
-    : impl_(std::make_unique<Impl>(communicator.impl().comm)) {
+NodeMemory::NodeMemory(const Communicator& communicator, std::size_t bytes) {
+  const Activity waiting(Activity::Kind::waiting, "waits for the ranks of its node");
+  impl_ = std::make_unique<Impl>(communicator.impl().comm);
   impl_->bytes = bytes;
   const bool shared = bytes > 0 && !impl_->node.is_alone() && impl_->share();
   communicator.together([&] {

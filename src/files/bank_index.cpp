@@ -278,8 +278,10 @@ BankIndex::Table BankIndex::table(bool with_open) const {
     if (there && done_[i]) row = rows_.at(member.name);
     if (row.state == "done" || with_open) rows.emplace_back(member.name, row);
   }
-  for (const auto& [name, row] : rows_) {  // of this folder, not of this bank
-    if (!numbers_.contains(name)) rows.emplace_back(name, row);
+  // Of this folder, not of this bank: what is done is kept. What another bank had still to make is not this one's to
+  // tell, and would look like work that is left.
+  for (const auto& [name, row] : rows_) {
+    if (row.state == "done" && !numbers_.contains(name)) rows.emplace_back(name, row);
   }
   return rows;
 }

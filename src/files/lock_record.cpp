@@ -121,7 +121,11 @@ Holder judge(const LockRecord& theirs, const LockRecord& ours, SystemLock lock) 
   return predecessor ? Holder::dead : Holder::unknown;
 }
 
-bool is_running(const LockRecord& record) { return record.pid > 0 && start_of(record.pid) == record.started; }
+bool is_running(const LockRecord& record) {
+  std::string state;
+  status_fields(record.pid) >> state;
+  return record.pid > 0 && state != "Z" && state != "X" && start_of(record.pid) == record.started;
+}
 
 bool is_suspended(const LockRecord& record) {
   std::string state;

@@ -42,7 +42,7 @@ enum class Holder {
 // What can be said of the holder of a lock file at once. `lock` is what the system said when we tried to lock the file.
 Holder judge(const LockRecord& theirs, const LockRecord& ours, SystemLock lock);
 
-// Whether the process of a holder on this machine still lives.
+// Whether the process of a holder on this machine still lives; one that is dead and not yet collected does not.
 bool is_running(const LockRecord& record);
 // Whether it is suspended (SIGSTOP), so that it does not end by itself.
 bool is_suspended(const LockRecord& record);

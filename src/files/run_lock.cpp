@@ -324,6 +324,37 @@ void remove_dead_lock(const std::string& path) {
   if (judge(theirs, own_record(), lock) == Holder::dead) ::unlink(lock_path.c_str());
 }
 
+struct LockWatch::Impl {
+  const std::string lock_path;
+  const LockTiming timing;
+  const LockRecord ours = own_record();
+  Sight seen = {};
+  steady_clock::time_point seen_at = {};
+};
+
+LockWatch::LockWatch(const std::string& path, LockTiming timing)
+    : impl_(new Impl{.lock_path = follow_links(path) + ".lock", .timing = timing}) {}
+LockWatch::~LockWatch() = default;
+
+bool LockWatch::is_held() {
+  const std::optional<Sight> sight = look_at(impl_->lock_path);
+  if (!sight) return posix_file_ops().exists(impl_->lock_path);  // one that others may not read tells no more
+  const LockRecord theirs = parse_record(sight->text);
+  if (theirs.machine == impl_->ours.machine && is_running(theirs)) return true;
+  // The process may still live under another number, in a container: the system's lock knows. It is not tried where
+  // nobody has said yet who holds it, as a run that begins would find it taken.
+  Holder holder = Holder::unknown;
+  if (const Descriptor file = open_or_none(impl_->lock_path, O_RDWR); file.fd() >= 0 && !theirs.machine.empty()) {
+    holder = judge(theirs, impl_->ours, try_lock(file.fd(), impl_->lock_path));
+  }
+  if (holder != Holder::unknown) return holder != Holder::dead;
+  if (*sight != impl_->seen) {
+    impl_->seen = *sight;
+    impl_->seen_at = steady_clock::now();
+  }
+  return steady_clock::now() - impl_->seen_at < impl_->timing.silence;
+}
+
 void confirm_output(const std::string& path) {
   const std::lock_guard guard(registry_mutex);
   const auto found = registry().find(follow_links(path));

@@ -20,10 +20,11 @@ namespace {
 using BoxSizes = std::array<std::int32_t, 3>;
 
 VolumeBox volume_of(const std::string& path, const std::string& grid) {
-  // Its library crashes on some damaged files.
+  const ImageLibrary& library = image_library();  // here, where it can be said that it is not there
+  // It crashes on some damaged files.
   const ApartResult result = run_apart([&] {
     VolumeBox volume;
-    const std::string error = image_library().read_volume(path, grid, volume);
+    const std::string error = library.read_volume(path, grid, volume);
     if (!error.empty()) return 'e' + error;
     const BoxSizes sizes = {volume.width, volume.height, volume.depth};
     std::string bytes = "v";
@@ -32,8 +33,10 @@ VolumeBox volume_of(const std::string& path, const std::string& grid) {
     return bytes;
   });
   if (!result.is_whole)
-    throw UserError(path, fmt::format("is damaged, or no OpenVDB file: reading it ended {}",
-                                      result.signal != 0 ? fmt::format("with signal {}", result.signal) : "at once"));
+    throw UserError(path,
+                    result.signal != 0
+                        ? fmt::format("is damaged, or no OpenVDB file: reading it ended with signal {}", result.signal)
+                        : "is damaged, or there is not enough memory to read it");
   std::string_view bytes(result.bytes);
   if (bytes.front() == 'e') throw UserError(path, std::string(bytes.substr(1)));
   bytes.remove_prefix(1);

@@ -73,8 +73,8 @@ float march(const Columns& columns, std::size_t first, int steps, float offset, 
 }
 
 // Densities are linear between nodes, so that what a march gives is smooth in its offset but where one of its places
-// passes a node: at multiples of one part of this many.
-// Where the depth of a step changes much from one to the next, these are cut further.
+// passes a node. How many parts the offsets, 0 to 1, are cut into so that this happens at the ends of parts alone; more
+// where the depth of a step changes much from one to the next.
 int smooth_parts(const Scene& scene, int nodes) {
   const int steps = scene.ray_march.steps;
   const double change = scene.volume.extinction / (1.0 * nodes * steps);

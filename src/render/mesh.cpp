@@ -16,6 +16,7 @@
 #include "noiseloom/core/apart.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/math.h"
+#include "noiseloom/core/quantity_text.h"
 
 namespace noiseloom::render {
 namespace {
@@ -29,6 +30,13 @@ std::array<float, 3> floats_of(Vector v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 
+std::string ending_of(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + ('a' - 'A') : c); });
+  return ending;
+}
+
 void check_file(const std::string& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
@@ -38,9 +46,7 @@ void check_file(const std::string& path) {
   if (size == 0) throw UserError(path, "is empty: object.file names a mesh");
   if (size > most_bytes)
     throw UserError(path, fmt::format("has {} bytes: a mesh may have at most {}", size, most_bytes));
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + ('a' - 'A') : c); });
+  const std::string ending = ending_of(path);
   constexpr std::array known = {".obj", ".ply", ".gltf", ".glb", ".stl"};
   if (std::find(known.begin(), known.end(), ending) == known.end())
     throw UserError(path, fmt::format("ends in \"{}\": accepted are meshes that end in {}", ending,
@@ -61,9 +67,9 @@ void take(std::string_view& bytes, std::vector<T>& values) {
 // one that says that it holds billions of vertices would else take all that the machine has.
 Triangles triangles_of(const std::string& path) {
   const MeshLibrary& library = mesh_library();
-  std::error_code absent;
   constexpr std::uintmax_t least = 500'000'000;
   constexpr std::uintmax_t for_a_byte = 64;  // what a vertex of a few letters becomes while it is read
+  const std::uintmax_t memory = least + for_a_byte * bytes_of_mesh_file(path);
   const ApartResult result = run_apart(
       [&] {
         Triangles triangles;
@@ -75,11 +81,13 @@ Triangles triangles_of(const std::string& path) {
         append(bytes, triangles.corners);
         return bytes;
       },
-      least + for_a_byte * std::filesystem::file_size(path, absent));
+      memory);
   if (!result.is_whole)
     throw UserError(path, result.signal != 0
                               ? fmt::format("is damaged, or no mesh: reading it ended with signal {}", result.signal)
-                              : "says that it holds more than its bytes can, or more than there is memory for");
+                              : fmt::format("cannot be read within {}: it says that it holds more than its bytes "
+                                            "can, or there is no more memory",
+                                            bytes_text(static_cast<double>(memory))));
   std::string_view bytes(result.bytes);
   if (bytes.front() == 'e') throw UserError(path, std::string(bytes.substr(1)));
   bytes.remove_prefix(1);
@@ -92,6 +100,21 @@ Triangles triangles_of(const std::string& path) {
 }
 
 }  // namespace
+
+std::uintmax_t bytes_of_mesh_file(const std::string& path) {
+  std::error_code absent;
+  const auto size_of = [&](const std::filesystem::path& file) {
+    const std::uintmax_t size = std::filesystem::file_size(file, absent);
+    return absent ? 0 : size;
+  };
+  std::uintmax_t bytes = size_of(path);
+  if (bytes == 0 || ending_of(path) != ".gltf") return bytes;
+  const std::filesystem::path folder = std::filesystem::absolute(path, absent).parent_path();
+  for (const auto& entry : std::filesystem::directory_iterator(folder, absent)) {
+    if (ending_of(entry.path()) == ".bin") bytes += size_of(entry.path());
+  }
+  return bytes;
+}
 
 Mesh::Mesh(const ObjectSpec& spec) {
   check_file(spec.file);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,10 @@
 #include "render/surface.h"
 
 namespace noiseloom::render {
+
+// Of a mesh's file and, for a .gltf, of all files that end in .bin beside it: they hold its numbers. 0 where there is
+// no such file.
+std::uintmax_t bytes_of_mesh_file(const std::string& path);
 
 class Mesh {
  public:

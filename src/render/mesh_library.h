@@ -39,7 +39,7 @@ class MeshLibrary {
   virtual ~MeshLibrary() = default;
   // The triangles of all parts of a file, moved to where the file places them. Empty, or what is wrong.
   virtual std::string read(const std::string& path, Triangles& triangles) const = 0;
-  // Null where the tracer has no memory, and `error` says so. The triangles must outlive it.
+  // Null where rays cannot be traced, as there is no memory, say: `error` says why. The triangles must outlive it.
   virtual std::unique_ptr<TriangleTracer> trace(const Triangles& triangles, std::string& error) const = 0;
 };
 

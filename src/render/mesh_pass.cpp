@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <functional>
 
 #include "noiseloom/core/math.h"
 #include "render/job.h"
+#include "render/mesh.h"
 #include "render/scene_passes.h"
 #include "render/scene_sizes.h"
 
@@ -176,9 +176,7 @@ Counts work_of_shares(const Scene& scene, std::span<const Noise>) {
 
 // Triangles are known when the file has been read: their boxes take about as much as a file of numbers does.
 std::int64_t bytes_of_mesh(const Scene& scene, std::span<const Noise>) {
-  std::error_code absent;
-  const std::uintmax_t size = std::filesystem::file_size(scene.object.file, absent);
-  return absent ? 0 : 4 * static_cast<std::int64_t>(size);
+  return 4 * static_cast<std::int64_t>(bytes_of_mesh_file(scene.object.file));
 }
 
 std::int64_t bytes_of_shares(const Scene& scene, std::span<const Noise>) {

@@ -19,7 +19,7 @@ std::vector<double> ranks_of(const std::vector<float>& values) {
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
   std::vector<double> ranks(values.size());
   for (std::size_t first = 0; first < order.size();) {
-    std::size_t end = first;
+    std::size_t end = first + 1;  // what is no number equals not even itself
     while (end < order.size() && values[order[end]] == values[order[first]]) ++end;
     for (std::size_t i = first; i < end; ++i)
       ranks[order[i]] = 0.5 * static_cast<double>(first + end) - 0.5 * static_cast<double>(values.size());

@@ -68,9 +68,12 @@ std::vector<std::uint8_t> array_of(std::string_view text, const std::string& pat
     if (i < text.size() && text[i] == '}') break;
     unsigned value = 0;
     const auto [end, error] = std::from_chars(text.data() + i, text.data() + text.size(), value);
-    if (error != std::errc() || value > 255)
+    if (error != std::errc() || value > 255) {
+      std::string_view word = text.substr(i, 20);
+      word = word.substr(0, word.find_first_of(",}\n"));
       throw UserError(path, fmt::format("{}: number {} (counted from 0) is \"{}\": accepted are integers from 0 to 255",
-                                        name, values.size(), text.substr(i, text.substr(i, 20).find_first_of(",}\n"))));
+                                        name, values.size(), word));
+    }
     values.push_back(static_cast<std::uint8_t>(value));
     i = std::min(text.find_first_not_of(blanks, static_cast<std::size_t>(end - text.data())), text.size());
     if (i < text.size() && text[i] == '}') break;

@@ -7,8 +7,7 @@ namespace {
 // In the order of ObjectShape.
 constexpr Word shape_words[] = {
     {"sphere", "of radius 1: occlusion and shadow have closed forms", "ball"},
-    {"mesh", "triangles of a file; needs Assimp and Embree, with which noiseloom may have been built",
-     "triangles file"},
+    {"mesh", "triangles of a file; only where noiseloom was built with Assimp and Embree", "triangles file"},
 };
 
 // In the order of UpAxis.

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string>
 
 namespace noiseloom {
@@ -25,8 +27,20 @@ SharedValues<std::uint64_t> numbers_up_to(const Communicator& world, std::size_t
   return memory.filled<std::uint64_t>();
 }
 
+std::set<std::string> names_of_blocks() {
+  std::set<std::string> names;
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator("/dev/shm", none)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("noiseloom-node-")) names.insert(name);
+  }
+  return names;
+}
+
 TEST(NodeMemory, IsFilledByOneRankOfANodeAndReadByAll) {
   const Communicator world = Communicator::world();
+  const std::set<std::string> before = names_of_blocks();
+  world.barrier();
   std::int64_t fillers = 0;
   const SharedValues<std::uint64_t> numbers = numbers_up_to(world, 100'000, fillers);
   ASSERT_EQ(numbers.size(), 100'000U);
@@ -39,14 +53,12 @@ TEST(NodeMemory, IsFilledByOneRankOfANodeAndReadByAll) {
   }
   world.barrier();
   // Nothing stays behind that would outlive the run. Other runs' names stand there for an instant.
-  const auto names_left = [&] {
-    for (const auto& entry : std::filesystem::directory_iterator("/dev/shm", none)) {
-      if (entry.path().filename().string().starts_with("noiseloom-node-")) return true;
-    }
-    return false;
+  const auto is_left = [&] {
+    const std::set<std::string> now = names_of_blocks();
+    return !std::includes(before.begin(), before.end(), now.begin(), now.end());
   };
-  for (int tries = 0; names_left() && tries < 100; ++tries) usleep(50'000);
-  EXPECT_FALSE(names_left());
+  for (int tries = 0; is_left() && tries < 100; ++tries) usleep(50'000);
+  EXPECT_FALSE(is_left());
 }
 
 TEST(NodeMemory, LivesAsLongAsItsValuesAndMayBeEmpty) {

@@ -15,6 +15,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 class BankIndexTest : public testing::Test {
  protected:
@@ -113,6 +114,19 @@ TEST_F(BankIndexTest, ADoneMemberWhoseRunFileWentIsOpen) {
   one.write();
   EXPECT_FALSE(one.is_done(0));
   EXPECT_EQ(lines().at(1), "a,open,,0,,config,0");
+}
+
+// A bank that was cut to its first members, or another one in the same folder.
+TEST_F(BankIndexTest, OfOtherBanksOnlyWhatIsDoneIsKept) {
+  BankIndex all = index(4);
+  EXPECT_TRUE(all.add(0, done(0)));
+  EXPECT_TRUE(all.add(3, done(3)));
+  all.write();
+  BankIndex first = index(1);
+  first.write();
+  EXPECT_THAT(lines(), ElementsAre(columns, "a,done", "d,done"));
+  EXPECT_THAT(text("index.json"), Not(HasSubstr("begun")));
+  EXPECT_EQ(index(4).num_done(), 2);
 }
 
 }  // namespace

@@ -57,6 +57,45 @@ TEST(RunLock, AKilledHolderFreesIt) {
   EXPECT_THAT(read_bytes(path + ".lock"), HasSubstr("process " + std::to_string(::getpid())));
 }
 
+TEST(LockWatch, SeesWhetherAProcessOfThisMachineHoldsIt) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "run.h5";
+  LockWatch watch(path);
+  EXPECT_FALSE(watch.is_held());
+  Child holder([&](auto ready) {
+    const RunLock lock(path);
+    ready();
+    ::pause();
+  });
+  ASSERT_TRUE(holder.wait_until_ready());
+  EXPECT_TRUE(watch.is_held());
+  ::kill(holder.pid(), SIGKILL);
+  siginfo_t ended;
+  ASSERT_EQ(::waitid(P_PID, static_cast<id_t>(holder.pid()), &ended, WEXITED | WNOWAIT), 0);
+  EXPECT_FALSE(watch.is_held());  // though its process is not collected yet
+  holder.kill_and_wait();
+  EXPECT_FALSE(watch.is_held());
+  EXPECT_TRUE(std::filesystem::exists(path + ".lock"));
+  const RunLock lock(path);
+  EXPECT_TRUE(watch.is_held());
+}
+
+// In a container of its own a process has another number there than here.
+TEST(LockWatch, BelievesTheSystemsLockWhereTheProcessIsNotSeen) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "run.h5";
+  LockRecord record = own_record();
+  record.started -= 1;
+  write_bytes(path + ".lock", to_text(record));
+  LockWatch watch(path);
+  EXPECT_FALSE(watch.is_held());
+  const int fd = ::open((path + ".lock").c_str(), O_RDWR);
+  ASSERT_EQ(::flock(fd, LOCK_EX), 0);
+  EXPECT_TRUE(watch.is_held());
+  ::close(fd);
+  EXPECT_FALSE(watch.is_held());
+}
+
 TEST(RunLock, LeavesNoFileBehind) {
   const TemporaryFolder folder;
   { const RunLock lock(folder / "run.h5"); }
@@ -223,6 +262,20 @@ TEST_F(LockOfAnotherMachine, ThatBeatsIsRefused) {
   ending = true;
   heart.join();
   EXPECT_THAT(read_bytes(lock_path_), HasSubstr("node7"));  // its file is left alone
+}
+
+TEST_F(LockOfAnotherMachine, IsWatchedUntilItsHeartbeatEnds) {
+  leave(record_of_another_machine());
+  LockTiming timing;
+  timing.silence = 200ms;
+  LockWatch watch(path_, timing);
+  EXPECT_TRUE(watch.is_held());
+  std::this_thread::sleep_for(250ms);
+  age(1s);  // another time of change: a beat
+  EXPECT_TRUE(watch.is_held());
+  std::this_thread::sleep_for(250ms);
+  EXPECT_FALSE(watch.is_held());
+  EXPECT_THAT(read_bytes(lock_path_), HasSubstr("node7"));
 }
 
 // The server of a network file system keeps the lock of a dead node: here a child of ours holds it and says nothing.

@@ -5,20 +5,32 @@ import signal
 import subprocess
 import time
 
-from support import SOURCE, ProgramTest, main
+from support import BIN, SOURCE, ProgramTest, main
+
+CONFIG = """
+[texture]
+size    = { x = 8, y = 8, t = 2 }
+samples = "uniform"
+[filter]
+groups  = [ { axes = "xy", kernel = "box", size = 3 } ]
+[optimizer]
+method = "anneal"
+stop = { iterations = 4 }
+"""
 
 # The k-th call takes its status from the k-th word of STATUSES (the last one from then on); "signal" waits for USR1 and
-# ends with 75. "save:9" changes the output, or the file SAVED, first. "nothing" ends with 0, and nothing was done;
-# with "lost" all was done, and the launcher was killed.
+# ends with 75. "save:9" changes the output, or the file SAVED, first. "0" finishes what is not finished, and says so;
+# "nothing" ends with 0, and nothing was done; with "lost" all was done, and the launcher was killed.
 SRUN = """#!/usr/bin/env bash
 echo "$SRUN_CPUS_PER_TASK $*" >> calls
 read -ra statuses <<< "$STATUSES"
 k=$(($(wc -l < calls) - 1))
 [ "$k" -lt "${#statuses[@]}" ] || k=$((${#statuses[@]} - 1))
 word=${statuses[$k]}
-echo "$word" > word
 [ "$word" != nothing ] || exit 0
+case $word in 0 | lost) [ -n "${BANK:-}" ] || noiseloom info "$OUTPUT" | grep -q ^finished || echo finished >> "$OUTPUT" ;; esac
 [ "$word" != lost ] || exit 137
+[ "$word" != 0 ] || echo "file  $OUTPUT  /samples 0123456789abcdef"
 if [ "$word" = signal ]; then
   trap 'exit 75' USR1
   touch waiting
@@ -27,7 +39,7 @@ fi
 case $word in save:*) date +%N >> "${SAVED:-out.h5}" ;; esac
 exit "${word#save:}"
 """
-INFO = '#!/usr/bin/env bash\n[[ $(cat word) =~ ^(0|lost)$ ]] && echo "finished after 9 iterations" || echo "not finished: iteration 3"\n'
+INFO = '#!/usr/bin/env bash\n[ "$(tail -n 1 "$2")" = finished ] && echo "finished after 9 iterations" || echo "not finished: iteration 3"\n'
 SCONTROL = """#!/usr/bin/env bash
 [ "$1" != show ] || { echo "JobId=$3 Requeue=1 Restarts=${RESTARTS:-${SLURM_RESTART_COUNT:-0}} BatchFlag=1"; exit; }
 echo "$*" >> requeued
@@ -78,9 +90,9 @@ class Slurm(ProgramTest):
 
     def test_a_launcher_that_says_done_is_not_believed_while_the_output_is_not(self):
         """srun ends with 0 where the node's daemon could not start the step at all."""
-        self.assertEqual(self.job("nothing 0"), (0, 2, False))
-        self.assertEqual(self.job("nothing 75"), (0, 2, True))
-        self.assertEqual(self.job("nothing"), (1, 4, False))
+        for statuses, then in (("nothing 75", (0, 2, True)), ("nothing", (1, 4, False)), ("nothing 0", (0, 2, False))):
+            self.assertEqual(self.job(statuses), then)
+        self.write("out.h5", "begun\n")
         self.assertEqual(self.job("lost"), (0, 1, False))  # done, and srun was killed since
         made = self.folder / "made"
         made.mkdir()
@@ -89,6 +101,33 @@ class Slurm(ProgramTest):
         for states, status in ((("done", "begun"), 1), (("open", "done"), 1), (("done", "done"), 0)):
             (made / "index.json").write_text("[\n" + ",\n".join(f'{{"name": "{k}", "state": "{s}"}}' for k, s in enumerate(states)) + "\n]\n")
             self.assertEqual(self.job("0", **bank)[0], status, states)
+
+    def test_an_output_that_was_finished_before_says_nothing_of_this_job(self):
+        """It may be of another config; noiseloom alone can tell."""
+        self.write("out.h5", "finished\n")
+        self.assertEqual(self.job("1"), (1, 4, False))
+        self.assertEqual(self.job("nothing"), (1, 4, False))
+        self.assertEqual(self.job("137"), (0, 1, True))
+        self.assertEqual(self.job("2"), (2, 1, False))
+        self.assertEqual(self.job("1 nothing 0"), (0, 3, False))
+        self.assertEqual(self.lines("out.h5"), ["finished"])
+
+    def test_what_a_launcher_that_starts_nothing_leaves_undone_is_told(self):
+        """With noiseloom itself: of another config, and of a bank that has got more members since."""
+        (self.folder / "noiseloom").unlink()
+        self.write("a.toml", CONFIG)
+        path = f"{self.folder}:{BIN}:{os.environ['PATH']}"
+        self.assertEqual(self.job("", LAUNCHER="env", PATH=path, TMPDIR="/nowhere", OUTPUT="elsewhere.h5"), (0, 0, False))
+        bank = {"BANK": "bank.toml", "OUTPUT": "made"}
+        for output in ({}, bank):
+            self.write("bank.toml", 'base = "a.toml"\n[vary]\n"texture.seed" = "1:2"\n')
+            for launcher, status in (("env", 0), ("env", 0), ("true", 1), ("false", 1)):
+                self.assertEqual(self.job("", LAUNCHER=launcher, PATH=path, **output), (status, 0, False), (launcher, output))
+        self.write("bank.toml", 'base = "a.toml"\n[vary]\n"texture.seed" = "1:3"\n')
+        self.assertEqual(self.job("", LAUNCHER="false", PATH=path, **bank), (1, 0, False))
+        self.assertEqual(self.job("", LAUNCHER="env", PATH=path, **bank), (0, 0, False))
+        self.write("a.toml", CONFIG.replace("[texture]", "[texture]\nseed = 5"))
+        self.assertEqual(self.job("", LAUNCHER="env", PATH=path), (2, 0, False))
 
     def test_jobs_that_save_something_are_queued_again_however_often(self):
         for status in ("save:137", "save:75"):

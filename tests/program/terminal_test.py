@@ -3,6 +3,7 @@
 import json
 import re
 import subprocess
+import time
 
 from support import ProgramTest, main
 
@@ -155,15 +156,26 @@ class Terminal(ProgramTest):
         self.generate("--quiet", "--set", "optimizer.stop={score=0.001}", "--time-limit", "0.001s", expect=75)
         self.assertRegex(self.run_program("info", "run.h5").stdout, r"not finished: iteration \d+, R \d\.\d+ of 0\.001 ")
 
+    def begin(self, *options):
+        """A run that goes on with run.h5 and holds its lock."""
+        run = subprocess.Popen(self.command("generate", self.config, "-o", "run.h5", "--resume", *options), cwd=self.folder)
+        lock = self.folder / "run.h5.lock"
+        while not lock.exists() or f"process {run.pid} " not in lock.read_text():
+            self.assertIsNone(run.poll())
+        return run
+
     def test_a_run_is_followed_to_its_end(self):
         long = ("--set", "optimizer.stop.iterations=6000", "--checkpoint-every", "0.05s", "--quiet")
         self.generate(*long, "--time-limit", "0.1s", expect=75)
         stopped = self.run_program("info", "run.h5", "--follow", expect=75)
         self.assertIn("nobody works on it", stopped.stderr)
         self.assertIn("not finished: iteration", stopped.stdout)
-        run = subprocess.Popen(self.command("generate", self.config, "-o", "run.h5", "--resume", *long), cwd=self.folder)
-        while not (self.folder / "run.h5.lock").exists():
-            self.assertIsNone(run.poll())
+        run = self.begin(*long)
+        run.kill()  # leaves its lock file
+        run.wait()
+        self.assertTrue((self.folder / "run.h5.lock").exists())
+        self.assertIn("nobody works on it", self.run_program("info", "run.h5", "--follow", expect=75, timeout=20).stderr)
+        run = self.begin(*long)
         followed = self.run_program("info", "run.h5", "--follow", "--json", timeout=60)
         run.wait()
         states = [json.loads(line)["state"] for line in followed.stdout.splitlines()]
@@ -171,6 +183,20 @@ class Terminal(ProgramTest):
         self.assertEqual((states[-1]["iterations"], states[-1]["finished"]), (6000, "iterations"))
         self.assertEqual([state["finished"] for state in states[:-1]], [""] * (len(states) - 1))
         self.assertIn("nowhere.h5", self.run_program("info", "nowhere.h5", "--follow", expect=2).stderr)
+
+    def test_a_run_is_followed_past_a_moment_without_its_file(self):
+        """As there is between the two renames of a save, where the file system has no links."""
+        self.generate("--quiet", "--time-limit", "0.001s", expect=75)
+        lock = self.write("run.h5.lock", "")  # of somebody who has not said yet who it is
+        followed = subprocess.Popen(self.command("info", "run.h5", "--follow"), cwd=self.folder, text=True,
+                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.assertIn("not finished", followed.stdout.readline())
+        (self.folder / "run.h5").rename(self.folder / "run.h5.prev")
+        time.sleep(0.5)
+        (self.folder / "run.h5.prev").rename(self.folder / "run.h5")
+        lock.unlink()
+        self.assertIn("nobody works on it", followed.communicate(timeout=60)[1])
+        self.assertEqual(followed.returncode, 75)
 
     def test_text_info(self):
         self.generate("--progress", "none")

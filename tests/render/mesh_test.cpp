@@ -185,6 +185,15 @@ TEST_F(Meshes, WhatMovesHasTheTruthOfWhatStays) {
   EXPECT_THROW(truth("[motion]\ncamera = [1e8, 0]\n"), UserError);
 }
 
+TEST_F(Meshes, NumbersBesideAGltfAreOfItsSize) {
+  const std::string text = file("scene.gltf", "{\"asset\":1}");
+  file("scene.bin", std::string(1000, 'x'));
+  file("other.txt", std::string(77, 'x'));
+  EXPECT_EQ(bytes_of_mesh_file(text), 1011U);
+  EXPECT_EQ(bytes_of_mesh_file(file("scene.bin", std::string(1000, 'x'))), 1000U);
+  EXPECT_EQ(bytes_of_mesh_file((folder_ / "none.gltf").string()), 0U);
+}
+
 TEST_F(Meshes, WrongFilesAreRefusedWithWhatIsWrong) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   const std::string lines = "0 0 0\n1 0 0\n0 1 0\n";

@@ -4,8 +4,9 @@
 // the rows say what is done at every moment and after any kill, and a bank costs as many rows as it has members. What a
 // killed writer left of a row is cut off by the next one. When a command begins or ends, both files are written anew,
 // with all members in the order of the bank, those that are not done as "open" or "begun"; rows of these go as soon as
-// one of them is done, so that a member never has two. index.json is written besides as often as takes a twentieth of
-// the time; after a kill it may lack what index.csv has, until the next command.
+// one of them is done, so that a member never has two. Of members of another bank in the same folder those rows are
+// kept that are done. index.json is written besides as often as takes a twentieth of the time; after a kill it may lack
+// what index.csv has, until the next command.
 #pragma once
 
 #include <cstdint>

@@ -69,6 +69,21 @@ class RunLock {
 // only its heartbeat can tell of stays as it is.
 void remove_dead_lock(const std::string& path);
 
+// Tells somebody who only looks on whether anybody works on an output. Takes nothing from a run that begins meanwhile
+// as long as the holder can be seen to live.
+class LockWatch {
+ public:
+  explicit LockWatch(const std::string& path, LockTiming timing = {});
+  ~LockWatch();
+  // Never waits. A holder on another machine counts as alive until its heartbeat has not been seen for
+  // LockTiming::silence, from the first call on.
+  bool is_held();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
 // Before `path` is replaced: throws OutputLost if this process has a RunLock on it that another run has taken over, or
 // if `path` is not what it was when the lock was taken or written_output was last called. Does nothing without a lock.
 // A lock file that was removed by hand is put back.

@@ -53,9 +53,10 @@ class Tracer final : public TriangleTracer {
     if (device_ != nullptr) rtcReleaseDevice(device_);
   }
 
-  bool make(const Triangles& triangles) {
+  // RTC_ERROR_NONE where rays can be traced.
+  int make(const Triangles& triangles) {
     device_ = rtcNewDevice(device_words);
-    if (device_ == nullptr) return false;
+    if (device_ == nullptr) return rtcGetDeviceError(nullptr);
     scene_ = rtcNewScene(device_);
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);  // no ray passes between two triangles that share an edge
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -72,7 +73,7 @@ class Tracer final : public TriangleTracer {
       rtcCommitScene(scene_);
     }
     rtcReleaseGeometry(geometry);
-    return rtcGetDeviceError(device_) == RTC_ERROR_NONE;
+    return rtcGetDeviceError(device_);
   }
 
   bool find(const float* from, const float* direction, TriangleHit& hit) const override {
@@ -146,8 +147,11 @@ class Library final : public MeshLibrary {
 
   std::unique_ptr<TriangleTracer> trace(const Triangles& triangles, std::string& error) const override {
     auto tracer = std::make_unique<Tracer>();
-    if (tracer->make(triangles)) return tracer;
-    error = "Embree has no memory for " + std::to_string(triangles.size()) + " triangles";
+    const int refused = tracer->make(triangles);
+    if (refused == RTC_ERROR_NONE) return tracer;
+    error = refused == RTC_ERROR_OUT_OF_MEMORY
+                ? "Embree has no memory for " + std::to_string(triangles.size()) + " triangles"
+                : "Embree cannot be used: its error " + std::to_string(refused) + " (RTCError)";
     return nullptr;
   }
 };
