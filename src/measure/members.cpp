@@ -84,8 +84,11 @@ class PairWork {
   std::vector<double> values_;
 };
 
-void keep_larger(LargestCorrelation& largest, double value, double sigma, const auto& where) {
-  const double deviations = sigma > 0 ? std::abs(value) / sigma : 0;
+// `most`: of r, what one pixel of each can make. Where few pixels make up the variance, their meeting is less unlikely
+// than a normal number so large: by Bernstein's inequality as unlikely as one that is smaller by this factor.
+void keep_larger(LargestCorrelation& largest, double value, double sigma, double most, const auto& where) {
+  double deviations = sigma > 0 ? std::abs(value) / sigma : 0;
+  if (deviations > 0) deviations /= std::sqrt(1 + deviations * most / sigma / 3);
   if (deviations <= largest.deviations) return;
   largest = {value, deviations, 1, where()};
 }
@@ -182,16 +185,17 @@ void PairedMembers::correlate(ThreadPool& pool) {
       const MemberSpectrum& b = spectra_[j];
       if (!is_pair(a, b)) continue;
       const PairCorrelations pair = work.of(b, a);
+      const double most = a.peak * b.peak / static_cast<double>(transforms_.cells());
       const std::lock_guard lock(mutex);
-      keep_larger(found_.unshifted, pair.unshifted, pair.sigma, [&] { return pair_name(b, a); });
+      keep_larger(found_.unshifted, pair.unshifted, pair.sigma, most, [&] { return pair_name(b, a); });
       if (pair.shift != 0) {
-        keep_larger(found_.shifted, pair.shifted, pair.sigma, [&] {
+        keep_larger(found_.shifted, pair.shifted, pair.sigma, most, [&] {
           return fmt::format("{}, moved by {}", pair_name(b, a), transforms_.shift_text(pair.shift));
         });
       }
       for (int band = 0; band < num_bands; ++band) {
         keep_larger(found_.bands[static_cast<std::size_t>(band)].largest, pair.bands[band], pair.band_sigmas[band],
-                    [&] { return pair_name(b, a); });
+                    most, [&] { return pair_name(b, a); });
       }
     }
   });

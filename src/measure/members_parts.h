@@ -39,6 +39,7 @@ struct MemberSpectrum {
   std::string seed;                           // "" where nobody knows
   std::vector<std::complex<float>> spectrum;  // [signal][...][ky][kx <= width / 2], frequency 0 set to 0
   double power = 0;                           // of all frequencies
+  double peak = 0;                            // no pixel lies further from the mean, over the root mean square
   double band_power[num_bands] = {};
   std::vector<float> values;  // [signal], each sorted
 };

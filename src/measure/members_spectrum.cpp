@@ -83,6 +83,8 @@ MemberSpectrum spectrum_of(const Texture& texture, DistanceKind kind, std::size_
   found.number = number;
   std::vector<double> values(transforms.cells());
   std::vector<std::complex<double>> spectrum(transforms.half());
+  const auto cells = static_cast<double>(transforms.cells());
+  double furthest = 0;  // squared, summed over signals
   for (int signal = 0; signal < signals; ++signal) {
     const std::size_t first = found.values.size();
     for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s) {
@@ -98,6 +100,9 @@ MemberSpectrum spectrum_of(const Texture& texture, DistanceKind kind, std::size_
     for (const double value : values) found.values.push_back(static_cast<float>(value));
     std::sort(found.values.begin() + static_cast<std::ptrdiff_t>(first), found.values.end());
     transforms.forward(values, spectrum);
+    const double mean = spectrum[0].real() / cells;
+    furthest += std::pow(
+        std::max(mean - static_cast<double>(found.values[first]), static_cast<double>(found.values.back()) - mean), 2);
     spectrum[0] = 0;
     for (std::size_t k = 0; k < spectrum.size(); ++k) {
       const double power = transforms.weight(k) * std::norm(spectrum[k]);
@@ -106,6 +111,7 @@ MemberSpectrum spectrum_of(const Texture& texture, DistanceKind kind, std::size_
       found.spectrum.emplace_back(spectrum[k]);
     }
   }
+  if (found.power > 0) found.peak = cells * std::sqrt(furthest / found.power);
   return found;
 }
 

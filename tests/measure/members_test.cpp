@@ -71,6 +71,19 @@ TEST_F(MembersTest, ChannelsMayDependOnEachOther) {
   EXPECT_EQ(found_.pairs, 15);
 }
 
+// Where two members are moved such that their few large values meet, r is large by chance.
+TEST_F(MembersTest, FewLargeValuesMayMeet) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    std::vector<float> values = white(seed);
+    for (float& value : values) value = value < 0.01F ? 100 : value;
+    add(values);
+  }
+  EXPECT_THAT(kinds(), ElementsAre());
+  files_[5].path = files_[1].path;
+  EXPECT_THAT(kinds(), testing::Contains("correlation"));
+  EXPECT_EQ(found_.unshifted.where, "m1 and m5");
+}
+
 TEST_F(MembersTest, AMemberThatIsAnotherOneMovedIsFound) {
   for (unsigned seed = 1; seed <= 4; ++seed) add(white(seed));
   const std::vector<float> first = white(2);

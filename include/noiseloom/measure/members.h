@@ -40,8 +40,10 @@ struct MemberFile {
 };
 
 struct LargestCorrelation {
-  double value = 0;       // r
-  double deviations = 0;  // |r| over its standard deviation
+  double value = 0;  // r
+  // |r| over its standard deviation; less where few pixels make up the variance, whose meeting is less unlikely: a
+  // normal number so large is as unlikely as r may be, by Bernstein's inequality.
+  double deviations = 0;
   double odds = 1;
   std::string where;  // "seed1 and seed2", with the shift or the band
 };
