@@ -10,6 +10,7 @@
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/json.h"
 #include "noiseloom/core/parallel.h"
+#include "noiseloom/files/generations.h"
 #include "noiseloom/files/npz.h"
 #include "noiseloom/files/output_files.h"
 #include "noiseloom/image/consumers.h"
@@ -32,10 +33,58 @@ struct ExportArguments {
   ResultOptions result;
 };
 
+std::string json_list_of(const std::vector<std::string>& texts) {
+  std::string list;
+  for (const std::string& text : texts) list += (list.empty() ? "" : ", ") + json_string(text);
+  return "[" + list + "]";
+}
+
+using Given = std::pair<const char*, std::string>;  // an option and its value, "" where it was not given
+
+// Throws UserError, which names all that were given.
+void refuse_options(const std::vector<Given>& options, const std::string& why) {
+  std::vector<Fault> faults;
+  for (const auto& [option, value] : options) {
+    if (!value.empty())
+      faults.push_back({"command line", fmt::format("{} {}: does not go with {}", option, value, why)});
+  }
+  throw_if_any(std::move(faults));
+}
+
+void warn_of(const std::string& file, const std::string& change, const std::string& unfinished) {
+  if (!change.empty()) print_error(fmt::format("warning: {}: {}\n", file, change));
+  if (!unfinished.empty())
+    print_error(fmt::format("warning: {}: {}; go on with generate --resume\n", file, unfinished));
+}
+
+void warn_of(const std::string& file) {
+  if (!looks_like_run_file(file)) return;
+  const RunFileReader reader = open_to_look_at(file);
+  const RunFileContent& content = reader.content();
+  const RunConfig config =
+      parse_config(content.config, file + ": /config", parent_directory(file), {}, MissingFiles::accepted);
+  warn_of(file, reader.change(), unfinished_run(content, config));
+}
+
 // The mean, the spectrum and the factor of the planes of a bank's members (or of one run file), for NumPy.
 void run_covariance(const ExportArguments& arguments) {
   const std::string& from = arguments.files.front();
-  const std::string& output = arguments.options.output;
+  const ExportOptions& options = arguments.options;
+  const std::string& output = options.output;
+  refuse_options({{"--for", options.consumer},
+                  {"--format", options.format},
+                  {"--layout", options.layout},
+                  {"--depth", options.depth},
+                  {"--channels", options.channels},
+                  {"--naming", options.naming},
+                  {"--frames", options.frames},
+                  {"--slices", options.slices},
+                  {"--range", options.range},
+                  {"--threshold", options.threshold},
+                  {"--pdf", options.density},
+                  {"--values", options.values},
+                  {"--read", options.read}},
+                 "--covariance, which writes an .npz of all planes");
   if (!output.ends_with(".npz")) throw UserError(output, "--covariance writes NumPy's .npz; choose such a name");
   std::vector<std::string> paths = {from};
   if (std::filesystem::is_directory(from)) {
@@ -43,7 +92,7 @@ void run_covariance(const ExportArguments& arguments) {
     for (const MemberFile& member : member_files(from)) paths.push_back(member.path);
     if (paths.empty()) throw UserError(from, "none of its members is done");
   }
-  OutputFiles files(posix_file_ops(), arguments.options.overwrite);
+  OutputFiles files(posix_file_ops(), options.overwrite);
   const std::string temporary = files.add(output);
   ThreadPool pool(num_available_processors());
   const PlaneCovariance found = plane_covariance(paths, pool);
@@ -53,31 +102,25 @@ void run_covariance(const ExportArguments& arguments) {
       temporary,
       {{"mean", plane, found.mean}, {"spectrum", plane, found.spectrum}, {"cholesky", {pixels, pixels}, found.factor}});
   files.commit();
-  print_result(
-      arguments.result,
-      fmt::format("wrote {}: mean, spectrum and cholesky of {} planes of {} members\n", output, found.planes,
-                  paths.size()),
-      json_object({{"files", output}, {"planes", found.planes}, {"members", static_cast<std::int64_t>(paths.size())}}) +
-          "\n");
-}
-
-std::string json_list_of(const std::vector<std::string>& texts) {
-  std::string list;
-  for (const std::string& text : texts) list += (list.empty() ? "" : ", ") + json_string(text);
-  return "[" + list + "]";
+  for (const std::string& path : paths) warn_of(path);
+  print_result(arguments.result,
+               fmt::format("wrote {}: mean, spectrum and cholesky of {} planes of {} members\n", output, found.planes,
+                           paths.size()),
+               fmt::format("{{\"files\": {}, \"tables\": [], \"planes\": {}, \"members\": {}}}\n",
+                           json_list_of({output}), found.planes, paths.size()));
 }
 
 void run_pack(const ExportArguments& arguments) {
   const ExportOptions& options = arguments.options;
-  std::vector<Fault> faults;
-  for (const auto& [option, value] :
-       {std::pair("--slices", options.slices), std::pair("--range", options.range),
-        std::pair("--threshold", options.threshold), std::pair("--pdf", options.density),
-        std::pair("--frames", options.frames), std::pair("--values", options.values), std::pair("--read", options.read),
-        std::pair("--importance", arguments.importance)})
-    if (!value.empty())
-      faults.push_back({"command line", fmt::format("{} {}: does not go with --pack", option, value)});
-  throw_if_any(std::move(faults));
+  refuse_options({{"--slices", options.slices},
+                  {"--range", options.range},
+                  {"--threshold", options.threshold},
+                  {"--pdf", options.density},
+                  {"--frames", options.frames},
+                  {"--values", options.values},
+                  {"--read", options.read},
+                  {"--importance", arguments.importance}},
+                 "--pack");
   const ExportResult result = export_packed(arguments.files, arguments.packing, options, posix_file_ops());
   print_result(arguments.result, fmt::format("wrote {}\n", list_of_files(result.files)),
                fmt::format("{{\"files\": {}, \"tables\": []}}\n", json_list_of(result.files)));
@@ -85,9 +128,7 @@ void run_pack(const ExportArguments& arguments) {
 
 void run_export(const std::string& file, const ExportArguments& arguments) {
   const ExportResult result = export_run_file(file, arguments.options, posix_file_ops());
-  if (!result.change.empty()) print_error(fmt::format("warning: {}: {}\n", file, result.change));
-  if (!result.unfinished.empty())
-    print_error(fmt::format("warning: {}: {}; go on with generate --resume\n", file, result.unfinished));
+  warn_of(file, result.change, result.unfinished);
   std::string text;
   if (!result.files.empty()) text += fmt::format("wrote {}\n", list_of_files(result.files));
   if (!result.tables.empty()) text += fmt::format("{}, in {}\n", result.points, list_of_files(result.tables));
@@ -99,22 +140,20 @@ void run_export(const std::string& file, const ExportArguments& arguments) {
 // Which pixels a mask samples, frame by frame, in place of its values.
 void run_importance(const ExportArguments& arguments) {
   const ExportOptions& options = arguments.options;
-  std::vector<Fault> faults;
-  for (const auto& [option, value] : {std::pair("--format", options.format), std::pair("--layout", options.layout),
-                                      std::pair("--depth", options.depth), std::pair("--for", options.consumer),
-                                      std::pair("--channels", options.channels), std::pair("--naming", options.naming),
-                                      std::pair("--slices", options.slices), std::pair("--range", options.range),
-                                      std::pair("--threshold", options.threshold), std::pair("--pdf", options.density),
-                                      std::pair("--values", options.values), std::pair("--read", options.read)}) {
-    if (!value.empty()) {
-      faults.push_back(
-          {"command line", fmt::format("{} {}: does not go with --importance, which writes one PNG a frame "
-                                       "and coverage.csv into a folder",
-                                       option, value)});
-    }
-  }
+  refuse_options({{"--format", options.format},
+                  {"--layout", options.layout},
+                  {"--depth", options.depth},
+                  {"--for", options.consumer},
+                  {"--channels", options.channels},
+                  {"--naming", options.naming},
+                  {"--slices", options.slices},
+                  {"--range", options.range},
+                  {"--threshold", options.threshold},
+                  {"--pdf", options.density},
+                  {"--values", options.values},
+                  {"--read", options.read}},
+                 "--importance, which writes one PNG a frame and coverage.csv into a folder");
   refuse_unfit_folder(options.output);
-  throw_if_any(std::move(faults));
   const ImportanceResult result =
       export_importance(arguments.files.front(),
                         {arguments.importance, options.output, options.frames, options.overwrite}, posix_file_ops());
@@ -237,6 +276,10 @@ void add_export(CLI::App& app) {
     if (arguments->files.empty()) throw UserError("command line", "RUN.h5 is required; see noiseloom export --help");
     if (arguments->options.output.empty())
       throw UserError("command line", "--output is required; see noiseloom export --help");
+    if (arguments->covariance && !arguments->packing.empty())
+      throw UserError("command line", "--covariance: does not go with --pack");
+    if (arguments->covariance && !arguments->importance.empty())
+      throw UserError("command line", "--covariance: does not go with --importance");
     if (!arguments->packing.empty()) return run_pack(*arguments);
     if (arguments->files.size() > 1)
       throw UserError("command line", fmt::format("\"{}\" is one word too many: several run files are for --pack; see "

@@ -61,7 +61,7 @@ int run_verify(const VerifyArguments& arguments) {
 std::vector<MemberFile> member_files(const std::string& folder) {
   std::vector<MemberFile> files;
   for (const DoneMember& member : done_members(folder)) {
-    files.push_back({member.name, member_path(folder, member.name), member.checksum, member.settings});
+    files.push_back({member.name, member_path(folder, member.name), member.checksum, member.settings, member.seed});
   }
   return files;
 }
@@ -81,9 +81,11 @@ void add_verify(CLI::App& app, int& status) {
       "the filters that textures are published for. What chance could have made with odds above one in a million is "
       "no\n"
       "fault. Exit status 3 where something is wrong.\n"
-      "Of a bank's folder: whether its members are correlated, at any shift and in any band of frequencies, and alike "
-      "in\n"
-      "distribution.\n\n"
+      "Of a bank's folder: whether members of different seeds are correlated, at any shift and in any band of "
+      "frequencies, and\n"
+      "whether those of the same settings are alike in distribution. Pairs of one seed or of different sizes are "
+      "left out, and\n"
+      "counted.\n\n"
       "  noiseloom verify stbn_vec2_2Dx1D_128x128x64_{}.png\n"
       "  noiseloom verify seeds                                    the folder that noiseloom bank made\n"
       "  noiseloom verify mine.ktx2 --set texture.samples=disk     what the values are, where the file does not say\n");

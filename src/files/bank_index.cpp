@@ -321,9 +321,12 @@ std::vector<DoneMember> done_members(const std::string& folder) {
   while (std::getline(text, line) && !text.eof()) {  // a line without an end is what a killed writer left
     const std::vector<std::string> fields = csv_fields(line);
     if (fields.size() != columns.size() || fields[1] != "done") continue;
-    DoneMember& member = members.emplace_back(DoneMember{fields[0], fields[4], ""});
+    DoneMember& member = members.emplace_back(DoneMember{fields[0], fields[4], "", ""});
     for (std::size_t k = num_fixed; k < fields.size(); ++k) {
-      if (columns[k] == "texture.seed") continue;
+      if (columns[k] == "texture.seed") {
+        member.seed = fields[k];
+        continue;
+      }
       member.settings += fmt::format("{}{} = {}", member.settings.empty() ? "" : ", ", columns[k], fields[k]);
     }
   }

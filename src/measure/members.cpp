@@ -5,18 +5,22 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 
 #include "measure/members_parts.h"
 #include "noiseloom/core/error.h"
-#include "noiseloom/core/json.h"
 
 namespace noiseloom {
 namespace {
 
+using members::kind_of;
 using members::MemberSpectrum;
 using members::num_bands;
+using members::OfOneSize;
+using members::size_of;
 using members::Transforms;
 
 constexpr double rare = 1e-6;  // odds below which something is a fault
@@ -50,11 +54,11 @@ class PairWork {
     for (std::size_t i = 0; i < a.spectrum.size(); ++i) {
       const std::complex<double> one(a.spectrum[i]);
       const std::complex<double> other(b.spectrum[i]);
-      const std::complex<double> product = one * std::conj(other);
-      const std::size_t k = i % half;
-      product_[k] += product;
-      found.bands[transforms_.band(k)] += transforms_.weight(k) * product.real();
-      variance[transforms_.band(k)] += transforms_.weight(k) * std::norm(product);
+      product_[i % half] += one * std::conj(other);
+    }
+    for (std::size_t k = 0; k < half; ++k) {
+      found.bands[transforms_.band(k)] += transforms_.weight(k) * product_[k].real();
+      variance[transforms_.band(k)] += transforms_.weight(k) * std::norm(product_[k]);
     }
     transforms_.inverse(product_, values_);
     const double scale = std::sqrt(a.power * b.power);
@@ -89,13 +93,20 @@ void keep_larger(LargestCorrelation& largest, double value, double sigma, const 
 // The members of one size, and what is found of them.
 class PairedMembers {
  public:
-  PairedMembers(const std::vector<MemberFile>& files, MembersVerification& found) : files_(files), found_(found) {}
+  PairedMembers(const std::vector<MemberFile>& files, const OfOneSize& size, MembersVerification& found)
+      : files_(files), size_(size), found_(found), transforms_(size.extents) {}
 
-  void load(const std::vector<std::size_t>& numbers, ThreadPool& pool);
+  void read(double most_work_of_this, ThreadPool& pool);
   void correlate(ThreadPool& pool);
+  void add_powers();
   void compare_distributions();
+  std::size_t num_read() const { return spectra_.size(); }
+  // How many shifts of pairs were looked at.
+  double num_shifted() const { return static_cast<double>(pairs_) * static_cast<double>(transforms_.cells()); }
 
  private:
+  bool is_pair(const MemberSpectrum& a, const MemberSpectrum& b) const { return a.seed.empty() || a.seed != b.seed; }
+  void count_pairs();
   void compare_values(const std::vector<const MemberSpectrum*>& alike, double tests);
   void compare_powers(const std::vector<const MemberSpectrum*>& alike, double tests);
   const std::string& name(const MemberSpectrum& member) const { return files_[member.number].name; }
@@ -104,73 +115,103 @@ class PairedMembers {
   }
 
   const std::vector<MemberFile>& files_;
+  const OfOneSize& size_;
   MembersVerification& found_;
-  std::unique_ptr<Transforms> transforms_;
+  Transforms transforms_;
   std::vector<MemberSpectrum> spectra_;
+  std::int64_t pairs_ = 0;
 };
 
-void PairedMembers::load(const std::vector<std::size_t>& numbers, ThreadPool& pool) {
-  const auto load_one = [&](std::size_t number) { return load_stored_texture(files_[number].path, std::nullopt); };
-  const StoredTexture first = load_one(numbers.front());
-  const double work = static_cast<double>(first.texture.extents.num_cells()) * first.texture.channels;
-  const auto most = static_cast<std::size_t>(std::max(2.0, std::sqrt(2 * most_work / work)));
-  const std::size_t count = std::min(numbers.size(), most);
-  transforms_ = std::make_unique<Transforms>(first.texture.extents);
+// By the values, as rounding gives constant ones some power.
+bool is_constant(const MemberSpectrum& one, std::size_t cells) {
+  for (std::size_t first = 0; first < one.values.size(); first += cells) {
+    if (one.values[first] != one.values[first + cells - 1]) return false;
+  }
+  return true;
+}
+
+void PairedMembers::read(double most_work_of_this, ThreadPool& pool) {
+  const double work = static_cast<double>(size_.extents.num_cells()) * size_.channels;
+  const auto most = static_cast<std::size_t>(std::max(2.0, std::sqrt(2 * most_work_of_this / work)));
+  const std::size_t count = std::min(size_.numbers.size(), most);
   std::vector<std::optional<MemberSpectrum>> loaded(count);
-  pool.for_each(static_cast<std::int64_t>(count), [&](std::int64_t i, int) {
-    const std::size_t number = numbers[static_cast<std::size_t>(i) * numbers.size() / count];
-    const StoredTexture stored = load_one(number);
-    const bool fits =
-        stored.texture.extents == first.texture.extents && stored.texture.channels == first.texture.channels;
-    if (!fits) return;
-    const DistanceKind kind = stored.config ? distance_kind(stored.config->problem.samples, stored.texture.channels)
-                                            : DistanceKind::euclidean;
-    MemberSpectrum spectrum = members::spectrum_of(stored.texture, kind, number, *transforms_);
-    if (spectrum.power > 0) loaded[static_cast<std::size_t>(i)] = std::move(spectrum);
+  const auto number = [&](std::size_t i) { return size_.numbers[i * size_.numbers.size() / count]; };
+  pool.for_each(static_cast<std::int64_t>(count), [&](std::int64_t at, int) {
+    const auto i = static_cast<std::size_t>(at);
+    const MemberFile& file = files_[number(i)];
+    const StoredTexture stored = members::load(file);
+    if (!size_of(stored).is_same(size_))
+      throw UserError(file.path, fmt::format("has {} cells of {} channels, and another member of its settings {} of {}",
+                                             stored.texture.extents.to_string(), stored.texture.channels,
+                                             size_.extents.to_string(), size_.channels));
+    MemberSpectrum spectrum = members::spectrum_of(stored.texture, kind_of(stored), number(i), transforms_);
+    spectrum.seed = file.seed;
+    if (file.seed.empty() && stored.config) spectrum.seed = std::to_string(stored.config->problem.seed);
+    loaded[i] = std::move(spectrum);
   });
   for (std::optional<MemberSpectrum>& one : loaded) {
-    if (one) spectra_.push_back(std::move(*one));
+    if (is_constant(*one, transforms_.cells())) {
+      found_.findings.push_back({"constant", true, fmt::format("all values of {} are equal", name(*one))});
+    } else {
+      spectra_.push_back(std::move(*one));
+    }
   }
-  found_.compared = spectra_.size();
+  found_.read += count;
+  count_pairs();
+}
+
+void PairedMembers::count_pairs() {
+  for (std::size_t i = 0; i < spectra_.size(); ++i) {
+    bool compared = false;
+    for (std::size_t j = 0; j < spectra_.size(); ++j) {
+      const bool is_one = j != i && is_pair(spectra_[i], spectra_[j]);
+      compared = compared || is_one;
+      if (j < i) ++(is_one ? pairs_ : found_.pairs_of_one_seed);
+    }
+    found_.compared += compared ? 1 : 0;
+  }
+  found_.pairs += pairs_;
 }
 
 void PairedMembers::correlate(ThreadPool& pool) {
   std::mutex mutex;
-  found_.pairs = static_cast<std::int64_t>(spectra_.size() * (spectra_.size() - (spectra_.empty() ? 0 : 1)) / 2);
-  found_.bands.resize(num_bands);
   pool.for_each(static_cast<std::int64_t>(spectra_.size()), [&](std::int64_t i, int) {
-    PairWork work(*transforms_);
+    PairWork work(transforms_);
     const MemberSpectrum& a = spectra_[static_cast<std::size_t>(i)];
     for (std::size_t j = 0; j < static_cast<std::size_t>(i); ++j) {
       const MemberSpectrum& b = spectra_[j];
+      if (!is_pair(a, b)) continue;
       const PairCorrelations pair = work.of(b, a);
       const std::lock_guard lock(mutex);
       keep_larger(found_.unshifted, pair.unshifted, pair.sigma, [&] { return pair_name(b, a); });
-      keep_larger(found_.shifted, pair.shifted, pair.sigma,
-                  [&] { return fmt::format("{}, moved by {}", pair_name(b, a), transforms_->shift_text(pair.shift)); });
+      if (pair.shift != 0) {
+        keep_larger(found_.shifted, pair.shifted, pair.sigma, [&] {
+          return fmt::format("{}, moved by {}", pair_name(b, a), transforms_.shift_text(pair.shift));
+        });
+      }
       for (int band = 0; band < num_bands; ++band) {
         keep_larger(found_.bands[static_cast<std::size_t>(band)].largest, pair.bands[band], pair.band_sigmas[band],
                     [&] { return pair_name(b, a); });
       }
     }
   });
-  const auto pairs = static_cast<double>(found_.pairs);
-  found_.unshifted.odds = odds_among(found_.unshifted.deviations, pairs);
-  found_.shifted.odds = odds_among(found_.shifted.deviations, pairs * static_cast<double>(transforms_->cells()));
+}
+
+// Adds this size's part to the mean power of each band.
+void PairedMembers::add_powers() {
+  double count = 0;
+  for (int band = 0; band < num_bands; ++band) count += transforms_.frequencies_in_band(band);
   for (int band = 0; band < num_bands; ++band) {
-    MembersVerification::Band& of = found_.bands[static_cast<std::size_t>(band)];
-    of.first = 0.5 * band / num_bands;
-    of.last = band + 1 < num_bands ? 0.5 * (band + 1) / num_bands : std::sqrt(0.5);
+    const double own = transforms_.frequencies_in_band(band);
+    double power = 0;
     double whole = 0;
     for (const MemberSpectrum& one : spectra_) {
-      of.power += one.band_power[band];
+      power += one.band_power[band];
       whole += one.power;
     }
-    double count = 0;
-    for (int other = 0; other < num_bands; ++other) count += transforms_->frequencies_in_band(other);
-    const double own = transforms_->frequencies_in_band(band);
-    of.power = own > 0 && whole > 0 ? of.power / whole * count / own : 0;
-    of.largest.odds = odds_among(of.largest.deviations, pairs * num_bands);
+    if (own > 0 && whole > 0)
+      found_.bands[static_cast<std::size_t>(band)].power +=
+          power / whole * count / own * static_cast<double>(spectra_.size());
   }
 }
 
@@ -179,13 +220,35 @@ void PairedMembers::compare_distributions() {
   for (const MemberSpectrum& one : spectra_) groups[files_[one.number].settings].push_back(&one);
   for (const auto& [settings, alike] : groups) {
     if (alike.size() < 2) continue;
-    compare_values(alike, static_cast<double>(spectra_.size()));
-    compare_powers(alike, static_cast<double>(spectra_.size()) * num_bands);
+    found_.alike += alike.size();
+    compare_values(alike, static_cast<double>(files_.size()));
+    compare_powers(alike, static_cast<double>(files_.size()) * num_bands);
   }
 }
 
+// Kolmogorov's distance of two distributions, each given by its sorted values: where the first one steps, it is largest
+// either just before the step or at it.
+double distance_of(std::span<const float> values, std::span<const float> all) {
+  const auto share = [](std::size_t count, std::span<const float> of) {
+    return static_cast<double>(count) / static_cast<double>(of.size());
+  };
+  double distance = 0;
+  std::size_t seen = 0;  // of `all`
+  for (std::size_t begin = 0; begin < values.size();) {
+    const float value = values[begin];
+    std::size_t end = begin;
+    while (end < values.size() && values[end] == value) ++end;
+    while (seen < all.size() && all[seen] < value) ++seen;
+    distance = std::max(distance, std::abs(share(begin, values) - share(seen, all)));
+    while (seen < all.size() && all[seen] <= value) ++seen;
+    distance = std::max(distance, std::abs(share(end, values) - share(seen, all)));
+    begin = end;
+  }
+  return distance;
+}
+
 void PairedMembers::compare_values(const std::vector<const MemberSpectrum*>& alike, double tests) {
-  const std::size_t cells = transforms_->cells();
+  const std::size_t cells = transforms_.cells();
   const std::size_t signals = alike.front()->values.size() / cells;
   const double bound =
       std::sqrt(std::log(2 * tests * static_cast<double>(signals) / rare) / (2 * static_cast<double>(cells)));
@@ -197,15 +260,7 @@ void PairedMembers::compare_values(const std::vector<const MemberSpectrum*>& ali
     }
     std::sort(all.begin(), all.end());
     for (const MemberSpectrum* one : alike) {
-      double distance = 0;
-      std::size_t seen = 0;  // of `all`, up to the value looked at
-      for (std::size_t i = 0; i < cells; ++i) {
-        const float value = one->values[signal * cells + i];
-        if (i + 1 < cells && one->values[signal * cells + i + 1] == value) continue;
-        while (seen < all.size() && all[seen] <= value) ++seen;
-        distance = std::max(distance, std::abs(static_cast<double>(i + 1) / static_cast<double>(cells) -
-                                               static_cast<double>(seen) / static_cast<double>(all.size())));
-      }
+      const double distance = distance_of(std::span(one->values).subspan(signal * cells, cells), all);
       found_.distance = std::max(found_.distance, distance / bound);
       if (distance <= bound) continue;
       found_.findings.push_back({"distribution", true,
@@ -251,13 +306,7 @@ void note_correlation(const LargestCorrelation& largest, const std::string& what
                                         what, largest.value, largest.deviations)});
 }
 
-}  // namespace
-
-MembersVerification verify_members(const std::vector<MemberFile>& files, ThreadPool& pool) {
-  if (files.size() < 2)
-    throw UserError("the bank", "has fewer than two members that are done: there is nothing to compare");
-  MembersVerification found;
-  found.members = files.size();
+void find_repeated(const std::vector<MemberFile>& files, MembersVerification& found) {
   std::map<std::string, std::size_t> seen;
   for (std::size_t i = 0; i < files.size(); ++i) {
     const auto [first, is_new] = seen.emplace(files[i].checksum, i);
@@ -265,60 +314,56 @@ MembersVerification verify_members(const std::vector<MemberFile>& files, ThreadP
     found.findings.push_back(
         {"repeated", true, fmt::format("{} and {} hold the same values", files[first->second].name, files[i].name)});
   }
-  std::vector<std::size_t> numbers(files.size());
-  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = i;
-  PairedMembers comparison(files, found);
-  comparison.load(numbers, pool);
-  comparison.correlate(pool);
+}
+
+void correlate(const std::vector<std::unique_ptr<PairedMembers>>& sizes, MembersVerification& found, ThreadPool& pool) {
+  if (found.pairs == 0) return;
+  found.bands.resize(num_bands);
+  double shifted = 0;
+  std::size_t members = 0;
+  for (const std::unique_ptr<PairedMembers>& one : sizes) {
+    one->correlate(pool);
+    one->add_powers();
+    shifted += one->num_shifted();
+    members += one->num_read();
+  }
+  const auto pairs = static_cast<double>(found.pairs);
+  found.unshifted.odds = odds_among(found.unshifted.deviations, pairs);
+  found.shifted.odds = odds_among(found.shifted.deviations, shifted);
   note_correlation(found.unshifted, "", found);
   note_correlation(found.shifted, "", found);
-  for (const MembersVerification::Band& band : found.bands) {
+  for (int i = 0; i < num_bands; ++i) {
+    MembersVerification::Band& band = found.bands[static_cast<std::size_t>(i)];
+    band.first = 0.5 * i / num_bands;
+    band.last = i + 1 < num_bands ? 0.5 * (i + 1) / num_bands : std::sqrt(0.5);
+    band.power /= static_cast<double>(members);
+    band.largest.odds = odds_among(band.largest.deviations, pairs * num_bands);
+    if (found.unshifted.odds < rare && band.largest.where == found.unshifted.where) continue;  // said already
     note_correlation(band.largest, fmt::format(" between {:.3f} and {:.3f} cycles a pixel", band.first, band.last),
                      found);
   }
-  comparison.compare_distributions();
+}
+
+}  // namespace
+
+MembersVerification verify_members(const std::vector<MemberFile>& files, ThreadPool& pool) {
+  if (files.size() < 2)
+    throw UserError("the bank", "has fewer than two members that are done: there is nothing to compare");
+  MembersVerification found;
+  found.members = files.size();
+  find_repeated(files, found);
+  const std::vector<OfOneSize> sizes = members::by_size(files, pool);
+  std::vector<std::unique_ptr<PairedMembers>> paired;
+  std::size_t before = 0;  // read, of other sizes
+  for (const OfOneSize& size : sizes) {
+    PairedMembers& one = *paired.emplace_back(std::make_unique<PairedMembers>(files, size, found));
+    one.read(most_work / static_cast<double>(sizes.size()), pool);
+    found.pairs_of_other_sizes += static_cast<std::int64_t>(before * one.num_read());
+    before += one.num_read();
+  }
+  correlate(paired, found, pool);
+  for (const std::unique_ptr<PairedMembers>& one : paired) one->compare_distributions();
   return found;
-}
-
-std::string members_text(const MembersVerification& found, const std::string& name) {
-  std::string text =
-      fmt::format("{}: {} members, {} of them compared, {} pairs\n", name, found.members, found.compared, found.pairs);
-  const auto line = [&](const std::string& what, const LargestCorrelation& largest) {
-    text += fmt::format("{:<24} largest |r| {:.4f}, {:.1f} standard deviations, odds {:.2g}{}{}\n", what,
-                        std::abs(largest.value), largest.deviations, largest.odds, largest.where.empty() ? "" : ": ",
-                        largest.where);
-  };
-  line("same place", found.unshifted);
-  line("any shift", found.shifted);
-  for (const MembersVerification::Band& band : found.bands) {
-    line(fmt::format("{:.3f} to {:.3f}, power {:.3g}", band.first, band.last, band.power), band.largest);
-  }
-  text += fmt::format("values: {:.2f} of the distance that chance makes once in a million\n", found.distance);
-  for (const Finding& finding : found.findings) text += fmt::format("FAULT {}\n", finding.text);
-  return text + (found.is_sound() ? "the members are uncorrelated and alike\n" : "");
-}
-
-std::string members_json(const MembersVerification& found, const std::string& name) {
-  const auto correlation = [](const LargestCorrelation& largest) {
-    return json_object(
-        {{"r", largest.value}, {"deviations", largest.deviations}, {"odds", largest.odds}, {"where", largest.where}});
-  };
-  std::string bands;
-  for (const MembersVerification::Band& band : found.bands) {
-    bands += fmt::format("{}{{\"from\": {}, \"to\": {}, \"power\": {}, \"largest\": {}}}", bands.empty() ? "" : ", ",
-                         json_number(band.first), json_number(band.last), json_number(band.power),
-                         correlation(band.largest));
-  }
-  std::string findings;
-  for (const Finding& finding : found.findings) {
-    findings += (findings.empty() ? "" : ", ") + json_object({{"kind", finding.kind}, {"text", finding.text}});
-  }
-  return fmt::format(
-      "{{\"bank\": {}, \"members\": {}, \"compared\": {}, \"pairs\": {}, \"unshifted\": {}, \"shifted\": {}, "
-      "\"bands\": [{}], "
-      "\"distance\": {}, \"sound\": {}, \"findings\": [{}]}}",
-      json_string(name), found.members, found.compared, found.pairs, correlation(found.unshifted),
-      correlation(found.shifted), bands, json_number(found.distance), found.is_sound(), findings);
 }
 
 }  // namespace noiseloom

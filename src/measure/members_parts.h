@@ -1,4 +1,5 @@
-// What members.cpp keeps of each member: its spectrum, half of which says all, as the values are real.
+// What members.cpp compares: members of one size, and the spectrum of each, half of which says all, as the values are
+// real.
 #pragma once
 
 #include <complex>
@@ -7,14 +8,35 @@
 #include <vector>
 
 #include "noiseloom/image/texture_file.h"
+#include "noiseloom/measure/members.h"
 #include "noiseloom/problem/spec.h"
 
 namespace noiseloom::members {
 
 inline constexpr int num_bands = 8;
 
+// The members whose spectra have the same frequencies.
+struct OfOneSize {
+  Extents extents;
+  int channels = 0;
+  bool circle = false;
+  std::vector<std::size_t> numbers;
+
+  bool is_same(const OfOneSize& other) const {
+    return extents == other.extents && channels == other.channels && circle == other.circle;
+  }
+};
+
+DistanceKind kind_of(const StoredTexture& stored);
+OfOneSize size_of(const StoredTexture& stored);
+StoredTexture load(const MemberFile& file);
+
+// Members of the same settings have the same size: the first of them is asked for it.
+std::vector<OfOneSize> by_size(const std::vector<MemberFile>& files, ThreadPool& pool);
+
 struct MemberSpectrum {
   std::size_t number = 0;                     // of the member
+  std::string seed;                           // "" where nobody knows
   std::vector<std::complex<float>> spectrum;  // [signal][...][ky][kx <= width / 2], frequency 0 set to 0
   double power = 0;                           // of all frequencies
   double band_power[num_bands] = {};

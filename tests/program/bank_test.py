@@ -68,6 +68,9 @@ class Bank(ProgramTest):
         self.assertEqual((rows[2]["texture.seed"], rows[2]["filter.groups[0].sigma"]), ("2", "0.7"))
         self.assertAlmostEqual(float(rows[2]["relative_error"]), one["state"]["relative_error"], places=6)
         self.assertEqual(self.info("made/seed2_sigma0.7.h5")["checksums"], one["checksums"])
+        # Members of one seed begin with the same random numbers, and are not held against each other.
+        found = json.loads(self.study("verify", "made", "--json").stdout)
+        self.assertEqual([found[key] for key in ("compared", "pairs", "pairs_of_one_seed", "alike", "sound")], [4, 4, 2, 4, True])
         self.bank("--resume", "--quiet", "--pack-into", "all.h5")
         with h5py.File(self.folder / "all.h5") as pack, h5py.File(self.folder / "one.h5") as alone:
             self.assertEqual(pack["samples"].shape, (4, *alone["samples"].shape))
@@ -275,6 +278,20 @@ class Bank(ProgramTest):
         for y, x in ((0, 0), (4, 7)):
             numpy.testing.assert_allclose(covariance[y, x], numpy.roll(expected, (y, x), (0, 1)), atol=1e-5)
         self.assertIn(".npz", self.study("export", "made", "-o", "made.png", "--covariance", expect=2).stderr)
+        said = self.study("export", "made", "-o", "no.npz", "--covariance", "--slices", "0:1", "--range", "0:2", "--format", "png",
+                          expect=2).stderr
+        for option in ("--slices 0:1", "--range 0:2", "--format png"):
+            self.assertIn(f"{option}: does not go with --covariance", said)
+        for option, value in (("--pack", "R=seed1"), ("--importance", "map.npy")):
+            said = self.study("export", "made/seed1.h5", "-o", "no.npz", "--covariance", option, value, expect=2).stderr
+            self.assertIn(f"does not go with {option}", said)
+        self.assertFalse((self.folder / "no.npz").exists())
+        # A run that is not finished is exported with the same warning as elsewhere.
+        self.run_program("generate", "base.toml", "-o", "long.h5", "--quiet", "--set", "optimizer.stop.iterations=2000000",
+                         "--time-limit", "0.2s", expect=75)
+        done = self.study("export", "long.h5", "-o", "long.npz", "--covariance", "--json")
+        self.assertEqual(json.loads(done.stdout), {"files": ["long.npz"], "tables": [], "planes": 4, "members": 1})
+        self.assertIn("warning: long.h5: not finished", done.stderr)
         # One member in the place of another.
         (self.folder / "made/seed4.h5").write_bytes((self.folder / "made/seed2.h5").read_bytes())
         self.assertIn("seed2 and seed4 are correlated", self.study("verify", "made", expect=3).stdout)
@@ -285,6 +302,9 @@ class Bank(ProgramTest):
     def test_members_that_do_not_fit_into_a_pack_are_said_on_ranks(self):
         self.write("bank.toml", 'base = "base.toml"\n[vary]\n"texture.size.t" = [3, 4]\n')
         self.assertIn("not packed into one array", self.bank("--pack-into", "all.h5", ranks=2, expect=2).stderr)
+        said = self.study("verify", "made").stdout
+        self.assertIn("2 members, 0 of them compared, 0 pairs\nleft out: 1 pair of different sizes", said)
+        self.assertNotIn("uncorrelated", said)
 
     def test_a_rank_that_fails_alone_ends_all(self):
         self.write("bank.toml", SEEDS % 2)

@@ -91,6 +91,7 @@ struct DoneMember {
   std::string name;
   std::string checksum;  // of /samples
   std::string settings;  // those that vary, but for the seed: "filter.groups[0].sigma = 0.7"
+  std::string seed;      // "" where it does not vary
 };
 // The members that are done, in the order of the index. Throws UserError where the folder has no index.
 std::vector<DoneMember> done_members(const std::string& folder);
