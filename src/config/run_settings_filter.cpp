@@ -156,7 +156,7 @@ std::vector<Setting> rows_of_filter() {
        .sentence =
            "With void-and-cluster: slice axes of the group whose slices are tiles, any of which may lie beside any "
            "other: what is near an edge in x or y is blue together with the far side of every tile, while inside they "
-           "do not act on each other. The group must have x and y.",
+           "do not act on each other. The group must have x and y. R is that of each tile repeated beside itself.",
        .field = [](GroupSpec& g) -> Field { return &g.kernel.tile_axes; },
        .when = with_kernel("gauss-energy"),
        .custom = &some_axes_type},

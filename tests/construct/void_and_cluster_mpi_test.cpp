@@ -79,7 +79,9 @@ std::vector<std::uint64_t> ranks_of(const VoidAndCluster& run, const Communicato
 TEST(VoidAndClusterRanks, EqualSlowTwin) {
   const Communicator world = Communicator::world();
   ThreadPool pool(1);
-  for (const VacSpec& spec : specs()) {
+  const std::vector<VacSpec> all = specs();
+  for (std::size_t i = 0; i < all.size(); i += under_sanitizers ? 2 : 1) {
+    const VacSpec& spec = all[i];
     VoidAndCluster run(spec, world, pool);
     run.start();
     run.advance(everything);
