@@ -23,9 +23,9 @@ namespace {
 
 // Longer sides of pictures, in CSS pixels. Pixels of a texture are shown as squares of a whole number of them.
 constexpr int shown_size = 384;
-constexpr int shown_small = 288;    // three in a row
-constexpr int shown_quarter = 210;  // four in a row
-constexpr int most_pixels = 768;    // of a texture that is shown; larger ones are cut
+constexpr int shown_small = 288;        // three in a row
+constexpr int shown_quarter = 210;      // four in a row
+constexpr int most_pixels_shown = 768;  // of a texture that is shown; larger ones are cut
 constexpr int slices_shown = 4;
 constexpr int shown_points = 70;  // pixels of a point set, so that they are large enough to be seen one by one
 
@@ -150,8 +150,8 @@ class Analysis {
 
   void show_slices() {
     const ValueRange range = shown_range(file_);
-    const Picture first = shown(slice_picture(texture_, range, 0), most_pixels, shown_size);
-    const int factor = first.width / std::min(narrow<int>(extents_.width()), most_pixels);
+    const Picture first = shown(slice_picture(texture_, range, 0), most_pixels_shown, shown_size);
+    const int factor = first.width / std::min(narrow<int>(extents_.width()), most_pixels_shown);
     const std::string colours = texture_.channels == 1   ? "value as grey"
                                 : texture_.channels == 2 ? "the two values as red and green"
                                                          : "three values as red, green and blue";
@@ -159,7 +159,7 @@ class Analysis {
     section.figures.push_back(
         writer_.figure("preview.png", first,
                        fmt::format("{}irst slice, {}, every pixel {} x {}.",
-                                   is_whole(most_pixels) ? "F" : "A corner of the f", colours, factor, factor)));
+                                   is_whole(most_pixels_shown) ? "F" : "A corner of the f", colours, factor, factor)));
     report_.sections.push_back(std::move(section));
     const SliceIndex count = std::min<SliceIndex>(slices_shown, extents_.num_slices());
     if (count == 1) return;

@@ -12,7 +12,7 @@ namespace {
 
 // The page is 1000 pixels wide, of which a figure has page_width. Pictures are shown pixel by pixel; where the window
 // is too narrow for that they are scaled smoothly. Nothing is drawn inside an image's box, which would scale it too.
-constexpr const char* style = R"(
+constexpr const char* page_style = R"(
 :root { color-scheme: light dark; --ink: #1d2430; --soft: #5d6778; --line: #dfe3ea; --page: #f6f7f9; --card: #fff;
   --accent: #2f7ed8; }
 @media (prefers-color-scheme: dark) { :root { --ink: #e6e9ef; --soft: #9aa4b5; --line: #333a46; --page: #14171c;
@@ -158,10 +158,10 @@ std::string base64(std::span<const std::byte> bytes) {
   std::string text;
   text.reserve((bytes.size() + 2) / 3 * 4);
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
     unsigned group = 0;
-    for (std::size_t k = 0; k < 3; ++k) group = group << 8 | (k < left ? std::to_integer<unsigned>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= left ? digits[group >> (18 - 6 * k) & 63U] : '=';
+    for (std::size_t k = 0; k < 3; ++k) group = group << 8 | (k < count ? std::to_integer<unsigned>(bytes[i + k]) : 0U);
+    for (std::size_t k = 0; k < 4; ++k) text += k <= count ? digits[group >> (18 - 6 * k) & 63U] : '=';
   }
   return text;
 }
@@ -178,7 +178,7 @@ std::string report_html(const Report& report) {
       "<!DOCTYPE html>\n<html lang='en'>\n<head>\n<meta charset='utf-8'>\n"
       "<meta name='viewport' content='width=device-width, initial-scale=1'>\n<title>{}</title>\n<style>{}</style>\n"
       "</head>\n<body>\n<main>\n<h1>{}</h1>\n<p>{}</p>\n",
-      xml_escaped(report.title), style, xml_escaped(report.title), xml_escaped(report.subtitle));
+      xml_escaped(report.title), page_style, xml_escaped(report.title), xml_escaped(report.subtitle));
   html += "<div class='headline'>\n";
   for (const auto& [number, meaning] : report.headline)
     html += fmt::format("<div><b>{}</b><span>{}</span></div>\n", xml_escaped(number), xml_escaped(meaning));
