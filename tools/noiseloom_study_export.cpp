@@ -42,13 +42,27 @@ std::string json_list_of(const std::vector<std::string>& texts) {
 using Given = std::pair<const char*, std::string>;  // an option and its value, "" where it was not given
 
 // Throws UserError, which names all that were given.
-void refuse_options(const std::vector<Given>& options, const std::string& why) {
+void refuse_options(const std::vector<std::vector<Given>>& groups, const std::string& why) {
   std::vector<Fault> faults;
-  for (const auto& [option, value] : options) {
-    if (!value.empty())
-      faults.push_back({"command line", fmt::format("{} {}: does not go with {}", option, value, why)});
+  for (const std::vector<Given>& options : groups) {
+    for (const auto& [option, value] : options) {
+      if (!value.empty())
+        faults.push_back({"command line", fmt::format("{} {}: does not go with {}", option, value, why)});
+    }
   }
   throw_if_any(std::move(faults));
+}
+
+// How files are written.
+std::vector<Given> container_options(const ExportOptions& options) {
+  return {{"--for", options.consumer}, {"--format", options.format},     {"--layout", options.layout},
+          {"--depth", options.depth},  {"--channels", options.channels}, {"--naming", options.naming}};
+}
+
+// Which of the values are written.
+std::vector<Given> value_options(const ExportOptions& options) {
+  return {{"--slices", options.slices}, {"--range", options.range},   {"--threshold", options.threshold},
+          {"--pdf", options.density},   {"--values", options.values}, {"--read", options.read}};
 }
 
 void warn_of(const std::string& file, const std::string& change, const std::string& unfinished) {
@@ -71,19 +85,7 @@ void run_covariance(const ExportArguments& arguments) {
   const std::string& from = arguments.files.front();
   const ExportOptions& options = arguments.options;
   const std::string& output = options.output;
-  refuse_options({{"--for", options.consumer},
-                  {"--format", options.format},
-                  {"--layout", options.layout},
-                  {"--depth", options.depth},
-                  {"--channels", options.channels},
-                  {"--naming", options.naming},
-                  {"--frames", options.frames},
-                  {"--slices", options.slices},
-                  {"--range", options.range},
-                  {"--threshold", options.threshold},
-                  {"--pdf", options.density},
-                  {"--values", options.values},
-                  {"--read", options.read}},
+  refuse_options({container_options(options), value_options(options), {{"--frames", options.frames}}},
                  "--covariance, which writes an .npz of all planes");
   if (!output.ends_with(".npz")) throw UserError(output, "--covariance writes NumPy's .npz; choose such a name");
   std::vector<std::string> paths = {from};
@@ -112,14 +114,7 @@ void run_covariance(const ExportArguments& arguments) {
 
 void run_pack(const ExportArguments& arguments) {
   const ExportOptions& options = arguments.options;
-  refuse_options({{"--slices", options.slices},
-                  {"--range", options.range},
-                  {"--threshold", options.threshold},
-                  {"--pdf", options.density},
-                  {"--frames", options.frames},
-                  {"--values", options.values},
-                  {"--read", options.read},
-                  {"--importance", arguments.importance}},
+  refuse_options({value_options(options), {{"--frames", options.frames}, {"--importance", arguments.importance}}},
                  "--pack");
   const ExportResult result = export_packed(arguments.files, arguments.packing, options, posix_file_ops());
   print_result(arguments.result, fmt::format("wrote {}\n", list_of_files(result.files)),
@@ -140,18 +135,7 @@ void run_export(const std::string& file, const ExportArguments& arguments) {
 // Which pixels a mask samples, frame by frame, in place of its values.
 void run_importance(const ExportArguments& arguments) {
   const ExportOptions& options = arguments.options;
-  refuse_options({{"--format", options.format},
-                  {"--layout", options.layout},
-                  {"--depth", options.depth},
-                  {"--for", options.consumer},
-                  {"--channels", options.channels},
-                  {"--naming", options.naming},
-                  {"--slices", options.slices},
-                  {"--range", options.range},
-                  {"--threshold", options.threshold},
-                  {"--pdf", options.density},
-                  {"--values", options.values},
-                  {"--read", options.read}},
+  refuse_options({container_options(options), value_options(options)},
                  "--importance, which writes one PNG a frame and coverage.csv into a folder");
   refuse_unfit_folder(options.output);
   const ImportanceResult result =
