@@ -110,7 +110,7 @@ std::string csv_row(const Result& result, std::size_t effect, std::size_t noise,
 
 std::string csv_head(const Result& result) {
   std::string head = "effect,noise,time,space,frame,rmse,standard_error,over_white,predicted";
-  for (const Metric metric : std::span(result.metrics).subspan(1)) head += "," + name_of(metric);
+  for (const Metric metric : std::span(result.metrics).subspan(1)) head += fmt::format(",{}", name_of(metric));
   return head + "\n";
 }
 
@@ -160,6 +160,12 @@ std::string title_of(Metric metric) {
       return "1 - rank correlation of the error with the mask that seeds follow";
     case Metric::flip:
       return "FLIP";
+    case Metric::median:
+      return "median of the pixels' errors";
+    case Metric::p99:
+      return "what the errors of 99 % of the pixels stay below";
+    case Metric::largest:
+      return "largest error of a pixel";
   }
   return {};
 }
