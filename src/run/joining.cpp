@@ -36,7 +36,7 @@ struct Twin {
 // Every k-th sample of the first slice, in the order of their ids.
 SampleSpec thinned(const SampleSpec& samples, const SampleSource& source, std::int64_t wanted) {
   if (!samples.is_file()) return samples;
-  const std::vector<float> list = source.list(0);
+  const std::vector<float> list = source.list(SliceIndex(0));
   const auto channels = static_cast<std::size_t>(source.channels());
   const auto n = static_cast<std::uint64_t>(source.cells_per_slice());
   std::vector<float> values;
