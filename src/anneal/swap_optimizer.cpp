@@ -127,7 +127,8 @@ void SwapOptimizer::Impl::score_start(double seconds) {
 void SwapOptimizer::restore(const SwapState& state, const PermutationOf& permutation, const PermutationOf& given) {
   impl_->state = state;
   impl_->schedule = Schedule(impl_->optimizer.stop, iterations_per_sweep(state.is_cold != 0));
-  impl_->state.iterations = impl_->schedule.iterations_before(state.sweep);
+  impl_->state.iterations = state.finished.empty() ? impl_->schedule.iterations_before(state.sweep)
+                                                   : static_cast<std::int64_t>(state.history.back().iterations);
   // Counts of the present sweep live on one rank, so that their sum stays what it was.
   if (!impl_->communicator.is_root()) impl_->state.accepted = impl_->state.candidates = 0;
   impl_->slices.fill(impl_->source, permutation);
@@ -145,7 +146,7 @@ void SwapOptimizer::step(double seconds) {
   if (impl_->state.step == 0) {
     impl_->begin_sweep(seconds);
   } else if (impl_->is_out_of_time(seconds)) {
-    return impl_->end_sweep(seconds);  // cut short, and counted as a whole one
+    return impl_->end_sweep(seconds);  // cut short
   }
   impl_->move(impl_->classes[static_cast<std::size_t>(impl_->state.step)]);
   ++impl_->state.step;

@@ -78,6 +78,7 @@ struct SwapOptimizer::Impl {
   double quick_score_s() const { return float_score ? quick_score_took_s : exact_score_took_s; }
   bool is_out_of_time(double seconds) const;
   void end_sweep(double seconds);
+  std::int64_t iterations_at(std::int64_t sweep, std::int64_t step) const;
   bool score_is_wanted(double seconds) const;
   bool row_is_planned(const Schedule& rounds, const Moment& moment) const;
   void adapt_fraction(std::int64_t accepted, const Moment& moment);

@@ -55,6 +55,17 @@ bool SwapOptimizer::Impl::is_out_of_time(double seconds) const {
   return communicator.broadcast(end) >= optimizer.stop.time_s;
 }
 
+// Of a sweep that is cut short, as many as its slices that were visited come to, rounded up.
+std::int64_t SwapOptimizer::Impl::iterations_at(std::int64_t sweep, std::int64_t step) const {
+  const std::int64_t before = schedule.iterations_before(sweep);
+  const std::int64_t of_sweep = schedule.iterations_before(sweep + 1) - before;
+  std::int64_t visited = 0;
+  for (std::int64_t k = 0; k < step; ++k) visited += std::ssize(classes[static_cast<std::size_t>(k)]);
+  const std::int64_t num_slices = problem.extents.num_slices();
+  return before + (of_sweep * visited + num_slices - 1) / num_slices;
+}
+
+// Where `state.step` is not past the last class the sweep is cut short; its number counts all the same.
 void SwapOptimizer::Impl::end_sweep(double seconds) {
   const Moment moment = this->moment();
   const bool wanted = communicator.is_root() && score_is_wanted(seconds);
@@ -62,9 +73,9 @@ void SwapOptimizer::Impl::end_sweep(double seconds) {
   communicator.sum(sums);
   candidates_done += own_candidates;
   own_accepted = own_candidates = state.accepted = state.candidates = 0;
+  state.iterations = iterations_at(state.sweep, state.step);
   ++state.sweep;
   state.step = 0;
-  state.iterations = schedule.iterations_before(state.sweep);
   figures.temperature = optimizer.method == Method::fast ? state.fraction : state.temperature;
   figures.acceptance = sums[1] > 0 ? static_cast<double>(sums[0]) / static_cast<double>(sums[1]) : 0;
   adapt_fraction(sums[0], moment);

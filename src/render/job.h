@@ -16,6 +16,7 @@
 #include "render/kernel.h"
 #include "render/mesh.h"
 #include "render/mesh_pass.h"
+#include "render/retarget.h"
 #include "render/seeds.h"
 #include "render/sky_light.h"
 #include "render/surface.h"
@@ -56,6 +57,7 @@ struct Shared {
   Made<std::unique_ptr<const Mesh>> mesh = {};
   Made<Shares> shares = {};
   Made<Hits> hits = {};
+  Made<CarryingOfFrames> carrying = {};
   Made<std::vector<EdgeWeights>> edge_weights = {};  // of each filter over space; empty where it knows no edges
   Made<std::vector<std::vector<Truth>>> truth = {};  // [effect][repeat], one repeat where all have the same
 

@@ -9,9 +9,11 @@
 #include "noiseloom/config/config.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/files/digest.h"
+#include "noiseloom/files/output_files.h"
 #include "noiseloom/files/run_file.h"
 #include "noiseloom/samples/sample_space.h"
 #include "noiseloom/samples/space.h"
+#include "render/sampler_keys.h"
 #include "render/sampler_tables.h"
 
 namespace noiseloom::render {
@@ -68,6 +70,27 @@ std::shared_ptr<const Texture> checked(TextureFile file, const NoiseSpec& spec, 
 }
 
 }  // namespace
+
+std::string cached_tables(const NoiseSpec& spec, const std::string& folder) {
+  return (std::filesystem::path(folder) / fmt::format("{}-{}-{}-{}.h", spec.name, spec.points, spec.numbers, spec.seed))
+      .string();
+}
+
+// Made once, as a header that any program can take; made anew where it was damaged.
+static SamplerTables made_tables(const NoiseSpec& spec, const std::string& folder, std::vector<std::string>& notes) {
+  const KeysSpec keys{spec.points, spec.numbers, spec.seed};
+  if (folder.empty()) return make_sampler_tables(keys);
+  const std::string path = cached_tables(spec, folder);
+  if (std::filesystem::exists(path)) {
+    if (is_whole_source_text(path)) return load_sampler_tables(path);
+    notes.push_back(fmt::format("{}, which was kept of an earlier run, was damaged and is made anew", path));
+  }
+  SamplerTables tables = make_sampler_tables(keys);
+  OutputFiles output(posix_file_ops(), true);
+  output.write(path, source_text(tables, keys));
+  output.commit();
+  return tables;
+}
 
 bool has_texture(NoiseKind kind) {
   return kind <= NoiseKind::config || (kind >= NoiseKind::blue_2d && kind <= NoiseKind::golden_ratio);
@@ -129,6 +152,8 @@ Noise open_noise(const NoiseSpec& spec, const std::string& folder, const MakeTex
   Noise noise{.spec = spec};
   if (spec.kind == NoiseKind::tables)
     noise.tables = std::make_shared<const SamplerTables>(load_sampler_tables(spec.file));
+  if (spec.kind == NoiseKind::sobol_blue)
+    noise.tables = std::make_shared<const SamplerTables>(made_tables(spec, folder, noise.notes));
   if (!has_texture(spec.kind)) return noise;
   std::string path = spec.file;
   std::string damage;
@@ -148,6 +173,7 @@ Noise open_noise(const NoiseSpec& spec, const std::string& folder, const MakeTex
   noise.channels = file.texture.channels;
   noise.num_values = std::ssize(file.texture.values);
   noise.texture = checked(std::move(file), spec, path);
+  noise.extents = noise.texture->extents;
   return noise;
 }
 
@@ -159,7 +185,17 @@ Noise describe_noise(const NoiseSpec& spec) {
   noise.samples = problem.samples;
   noise.channels = num_channels(problem.samples, problem.extents.cells_per_slice(), problem.extents.num_slices());
   noise.num_values = problem.extents.num_cells() * noise.channels;
+  noise.extents = problem.extents;
   return noise;
+}
+
+MaskPlace mask_place(const Noise& noise, const Move& move, std::int64_t frame) {
+  if (noise.spec.kind == NoiseKind::golden_ratio) return {move.x, move.y, (frame + move.t) % noise.spec.slices};
+  const TextureRead read = {
+      .width = noise.extents.width(), .height = noise.extents.height(), .num_slices = noise.extents.num_slices()};
+  const TextureRead::Place place = read.place(frame, 0);
+  return {(move.x + place.dx) % read.width, (move.y + place.dy) % read.height,
+          (place.slice.value() + move.t) % read.num_slices};
 }
 
 Move move_of_repeat(std::uint64_t seed, int repeat) {

@@ -63,6 +63,7 @@ void NoiseReader::read(int y, std::int64_t frame) {
     case NoiseKind::heitz_belcour:
       return read_seeds(y);
     case NoiseKind::tables:
+    case NoiseKind::sobol_blue:
       return read_tables(y, frame);
   }
 }

@@ -67,10 +67,10 @@ double pattern_error(const Image& image, int channels, const std::vector<float>&
 std::vector<float> mask_of_job(const Job& job) {
   const std::vector<Noise>& noises = *job.shared.noises.get(Data::noises, job.pass);
   const auto has_seeds = [](const Noise& noise) { return noise.spec.kind == NoiseKind::heitz_belcour; };
-  if (has_seeds(noises[job.noise])) return mask_of(job, noises[job.noise]);
+  if (has_seeds(noises[job.noise])) return mask_of(job, noises[job.noise], job.frame);
   const auto first = std::find_if(noises.begin(), noises.end(), has_seeds);
   if (first == noises.end()) throw std::logic_error("a pattern is measured without a noise that follows one");
-  return mask_of(job, *first);
+  return mask_of(job, *first, job.frame);
 }
 
 }  // namespace noiseloom::render

@@ -76,6 +76,12 @@ void check_targets(Reader& reader, const Value& root, const Scene& scene) {
   }
 }
 
+void check_points(Reader& reader, const Value& root, const Scene& scene) {
+  for (std::size_t i = 0; i < scene.noises.size(); ++i)
+    if (const int points = scene.noises[i].points; points > 0 && (points & (points - 1)) != 0)
+      fault_at(reader, root, "noise", i, "points", "must be a power of two: 1, 2, 4, ... 256");
+}
+
 void name_filters(Reader& reader, const Value& root, Scene& scene) {
   std::set<std::string> names = {"none"};
   for (std::size_t i = 0; i < scene.space.size(); ++i) {
@@ -205,6 +211,7 @@ void check_scene(Reader& reader, const Value& root, const settings::Owners& owne
   Scene& scene = owners.get<Scene>();
   name_noises(reader, root, scene);
   check_targets(reader, root, scene);
+  check_points(reader, root, scene);
   name_filters(reader, root, scene);
   if (scene.noises.empty() && settings::find_at(root, "noise") != nullptr)
     reader.fault(*settings::find_at(root, "noise"), "noise", "needs at least one");

@@ -22,6 +22,9 @@ constexpr Word noise_words[] = {
      "hb seeds"},
     {"tables", "a sequence with keys of each pixel, as Heitz and others made them: arrays in source text",
      "hb-ldbn low-discrepancy-sampler ranking scrambling"},
+    {"sobol-blue",
+     "a Sobol sequence with keys of each pixel that are made here, so that errors are blue after 1, 2, 4, ... frames",
+     "blue-sobol keys"},
 };
 
 // In the order of ValuesFrom.
@@ -104,7 +107,7 @@ std::vector<Setting> rows_of_noises() {
        .sentence = "Another seed gives other numbers.",
        .field = [](NoiseSpec& n) -> Field { return &n.seed; },
        .range = at_least(0),
-       .when = with_kind("white blue-2d blue-3d golden-ratio sobol-owen sobol-rotated heitz-belcour")},
+       .when = with_kind("white blue-2d blue-3d golden-ratio sobol-owen sobol-rotated heitz-belcour sobol-blue")},
       {.key = "noise[].target",
        .type = Type::text,
        .sentence = "The noise of the scene, a texture, that errors are to follow, by its name.",
@@ -118,6 +121,27 @@ std::vector<Setting> rows_of_noises() {
        .range = at_least(2, 64),
        .unit = "pixels",
        .when = with_kind("heitz-belcour")},
+      {.key = "noise[].retarget",
+       .type = Type::integer,
+       .sentence =
+           "How far seeds are carried, at most, when the mask of the next frame is another, so that they follow "
+           "it as they followed this one; 0: not.",
+       .field = [](NoiseSpec& n) -> Field { return &n.retarget; },
+       .range = at_least(0, 16),
+       .unit = "pixels",
+       .when = with_kind("heitz-belcour")},
+      {.key = "noise[].points",
+       .type = Type::integer,
+       .sentence = "Frames whose mean has blue errors, a power of two; so have all powers of two below.",
+       .field = [](NoiseSpec& n) -> Field { return &n.points; },
+       .range = at_least(1, 256),
+       .when = with_kind("sobol-blue")},
+      {.key = "noise[].numbers",
+       .type = Type::integer,
+       .sentence = "Numbers of an estimate, one or two, for which keys are made together.",
+       .field = [](NoiseSpec& n) -> Field { return &n.numbers; },
+       .range = at_least(1, 2),
+       .when = with_kind("sobol-blue")},
       {.key = "noise[].importance",
        .type = Type::boolean,
        .sentence = "Whether convolution and sky bend its numbers to where the kernel or the light is; else they are "

@@ -33,14 +33,21 @@ struct Twin {
   OptimizerSpec optimizer;
 };
 
-// Every k-th sample of the first slice, in the order of their ids.
+// Samples of slices spread over the texture, which may differ, in the order of their ids: the k-th of them is of the
+// k-th slice, beginning anew after the last.
 SampleSpec thinned(const SampleSpec& samples, const SampleSource& source, std::int64_t wanted) {
   if (!samples.is_file()) return samples;
-  const std::vector<float> list = source.list(SliceIndex(0));
+  constexpr std::int64_t most_slices = 16;
+  const std::int64_t num_slices = std::min({most_slices, std::int64_t{source.num_slices()}, wanted});
+  std::vector<std::vector<float>> lists;
+  for (std::int64_t i = 0; i < num_slices; ++i) {
+    lists.push_back(source.list(SliceIndex(i * source.num_slices() / num_slices)));
+  }
   const auto channels = static_cast<std::size_t>(source.channels());
   const auto n = static_cast<std::uint64_t>(source.cells_per_slice());
   std::vector<float> values;
   for (std::uint64_t k = 0; k < static_cast<std::uint64_t>(wanted); ++k) {
+    const std::vector<float>& list = lists[k % lists.size()];
     const float* const sample = list.data() + (k * n / static_cast<std::uint64_t>(wanted)) * channels;
     values.insert(values.end(), sample, sample + channels);
   }

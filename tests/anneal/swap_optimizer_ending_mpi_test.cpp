@@ -46,5 +46,38 @@ TEST(SwapOptimizer, EndsWhereItsStopRuleCannotBeMet) {
   EXPECT_LT(history.back().iterations, 5000);
 }
 
+// A sweep that the clock cuts short has made no more iterations than its slices were visited for, and a run that is
+// read back says the same.
+TEST(SwapOptimizer, CountsWhatASweepThatIsCutShortHasDone) {
+  ProblemSpec problem;
+  problem.extents = Extents({16, 16, 8});
+  problem.filter.groups = {group({0, 1}, box(3)), group({2}, box(3))};
+  OptimizerSpec spec;
+  spec.stop.iterations = 0;
+  spec.stop.time_s = 10;
+  const Communicator alone = Communicator::self();
+  ThreadPool pool(1);
+  const SampleSource source(problem.samples, problem.extents.cells_per_slice(), problem.extents.num_slices(),
+                            problem.seed);
+  SwapOptimizer optimizer(problem, spec, source, alone, pool);
+  optimizer.start();
+  ASSERT_GT(optimizer.num_classes(), 1);
+  while (optimizer.sweep() < 2) optimizer.step(1);
+  optimizer.step(1);  // one class of the third sweep
+  optimizer.step(20);
+  ASSERT_EQ(optimizer.finished_by(), ended::by_time);
+  const std::int64_t of_sweep = optimizer.iterations_per_sweep();
+  EXPECT_GT(optimizer.iterations(), 2 * of_sweep);
+  EXPECT_LT(optimizer.iterations(), 3 * of_sweep);
+  const double candidates_of_iteration = static_cast<double>(problem.extents.num_cells()) / 2;
+  EXPECT_NEAR(static_cast<double>(optimizer.candidates_done()) / candidates_of_iteration,
+              static_cast<double>(optimizer.iterations()), 1);
+  EXPECT_EQ(optimizer.history().back().iterations, static_cast<double>(optimizer.iterations()));
+  SwapOptimizer again(problem, spec, source, alone, pool);
+  again.restore(optimizer.state(), [&](SliceIndex slice) { return optimizer.permutation(slice); });
+  EXPECT_EQ(again.iterations(), optimizer.iterations());
+  EXPECT_TRUE(again.last_score_is_current());
+}
+
 }  // namespace
 }  // namespace noiseloom

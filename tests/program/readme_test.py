@@ -168,13 +168,13 @@ class Readme(unittest.TestCase):
         body, _, sources = README.partition("## Sources")
         listed = re.findall(r"(?m)^- \[(\w+)\]", sources)
         self.assertEqual(listed, sorted(listed, key=str.lower), "the list is in the order of its keys")
-        cited = set(re.findall(r"\[([A-Z][A-Za-z]+\d\d)\]", body))
+        cited = set(re.findall(r"\[([A-Z][A-Za-z]+\d\d[a-z]?)\]", body))
         for folder in ("include", "src", "tests", "tools"):
             for path in (SOURCE / folder).rglob("*"):
                 if path.suffix in (".h", ".cpp"):
                     text = path.read_text()
                     self.assertNotIn("doi:", text, f"{path}: a source belongs into the list, and its key here")
-                    cited |= set(re.findall(r"\[([A-Z][A-Za-z]+\d\d)(?:, [^\]]*)?\]", text))
+                    cited |= set(re.findall(r"\[([A-Z][A-Za-z]+\d\d[a-z]?)(?:, [^\]]*)?\]", text))
         self.assertEqual(set(listed), cited)
 
     def test_unit_tests_that_are_named(self):

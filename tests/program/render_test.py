@@ -56,7 +56,7 @@ class RenderTest(support.ProgramTest):
                 self.assertEqual(set(one["counted"].values()), {0}, one["name"])
         self.assertEqual([one["name"] for one in plan["passes"] if not one["on"]],
                          ["picture", "density", "light", "columns", "flights", "mesh", "mesh shares", "primary hits", "edge weights",
-                          "kernel", "importance", "sky light", "predictions", "moving hits", "seeds", "dither",
+                          "kernel", "importance", "sky light", "predictions", "carrying", "moving hits", "seeds", "dither",
                           "transparency", "free-flight", "ray-march", "ambient-occlusion", "soft-shadow", "sky",
                           "convolution", "sparse", "histories", "samples so far", "spectra", "pictures"])
         self.assertFalse((self.folder / "out/pictures").exists())
@@ -103,6 +103,18 @@ class RenderTest(support.ProgramTest):
             self.assertRegex(done.stderr, r"note: noise \"blue-2d\": .*was damaged and is made anew")
             self.assertEqual((self.folder / "out/results.csv").read_bytes(), results)
         self.assertNotIn("damaged", self.run_program("render", scene, "-o", "out", "--overwrite").stderr)
+
+    def test_keys_are_made_once_and_anew_where_they_were_damaged(self):
+        scene = self.write("keys.toml", '[image]\nwidth = 16\nheight = 16\nframes = 2\n[[noise]]\nkind = "sobol-blue"\npoints = 2\n'
+                           '[effects.integrand]\n')
+        self.run_program("render", scene, "-o", "out")
+        kept = self.folder / "out/noise/sobol-blue-2-2-1.h"
+        text, made = kept.read_bytes(), kept.stat().st_mtime_ns
+        self.run_program("render", scene, "-o", "out", "--overwrite")
+        self.assertEqual(kept.stat().st_mtime_ns, made)
+        kept.write_bytes(text[:-200])
+        self.assertIn("was damaged and is made anew", self.run_program("render", scene, "-o", "out", "--overwrite").stderr)
+        self.assertEqual(kept.read_bytes(), text)
 
     def test_kernels_and_maps_of_images_are_read_and_wrong_ones_refused(self):
         numpy.save(self.folder / "kernel.npy", numpy.array([[0, 1, 0], [2, 4, 0]], dtype="float32"))

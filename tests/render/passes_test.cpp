@@ -26,6 +26,7 @@ kind = "blue-2d"
 [[noise]]
 kind = "heitz-belcour"
 target = "blue-2d"
+retarget = 3
 [effects.integrand]
 function = "steps"
 [effects.dither]

@@ -23,7 +23,8 @@ inline Noise mask(int width, int height, int slices, const std::string& name = "
   for (std::size_t i = 0; i < n; ++i)
     texture.values[i] = static_cast<float>((static_cast<double>(i * 7919 % n) + 0.5) / static_cast<double>(n));
   NoiseSpec spec{.kind = NoiseKind::file, .name = name};
-  return {.spec = spec, .texture = std::make_shared<const Texture>(std::move(texture))};
+  const Extents extents = texture.extents;
+  return {.spec = spec, .texture = std::make_shared<const Texture>(std::move(texture)), .extents = extents};
 }
 
 inline std::vector<Noise> noises_of(const Scene& scene) {

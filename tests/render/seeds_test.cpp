@@ -1,11 +1,16 @@
 #include "render/seeds.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <numeric>
+#include <utility>
 
 #include "render/pattern.h"
+#include "render/retarget.h"
 #include "render/scene_support.h"
 
 namespace noiseloom::render {
@@ -55,12 +60,91 @@ TEST(Seeds, ErrorsBecomeThoseOfTheMask) {
   std::vector<Noise> noises = noises_of(scene);
   Texture checkers = make_texture(Extents({2, 2, 1}), 1);
   checkers.values = {0.1F, 0.7F, 0.9F, 0.3F};
+  noises[1].extents = checkers.extents;
   noises[1].texture = std::make_shared<const Texture>(std::move(checkers));
   ThreadPool pool(2);
   const Result result = render(scene, noises, pool);
   EXPECT_NEAR(result.rmse(0, 2, 1, 0).mean / result.rmse(0, 0, 1, 0).mean, 1, 0.05);
   EXPECT_LT(result.rmse(0, 2, 1, 1).mean, 0.8 * result.rmse(0, 0, 1, 1).mean);
   EXPECT_NEAR(result.rmse(0, 2, 0, 2).mean / result.rmse(0, 2, 0, 0).mean, 1, 1e-6);
+}
+
+TEST(Seeds, AreCarriedFromAMaskToNearlyTheNext) {
+  constexpr int width = 24;
+  constexpr int height = 20;
+  constexpr int radius = 3;
+  const auto from = scattered_values(width * height, 17);
+  const auto to = scattered_values(width * height, 31);
+  const Carrying carrying = carrying_between(from, to, width, height, radius);
+  const std::vector<std::size_t> sources = carrying.sources(width, height, 0, 0);
+  double before = 0;
+  double after = 0;
+  std::size_t across_the_edge = 0;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    EXPECT_LE(std::abs(carrying.steps[i].dx), radius);
+    EXPECT_LE(std::abs(carrying.steps[i].dy), radius);
+    before += std::abs(static_cast<double>(from[i]) - static_cast<double>(to[i]));
+    after += std::abs(static_cast<double>(from[sources[i]]) - static_cast<double>(to[i]));
+    const int x = static_cast<int>(i % width) + carrying.steps[i].dx;
+    const int y = static_cast<int>(i / width) + carrying.steps[i].dy;
+    if (x < 0 || x >= width || y < 0 || y >= height) {
+      ++across_the_edge;
+    } else {
+      EXPECT_EQ(sources[i], static_cast<std::size_t>(y * width + x));
+    }
+  }
+  EXPECT_GT(across_the_edge, 0U);
+  EXPECT_LT(after, 0.5 * before);
+  // Pictures of any size, wherever they lie on the mask, keep every seed.
+  for (const auto& [picture_width, picture_height] : {std::pair{7, 5}, {61, 43}, {1, 1}}) {
+    std::vector<std::size_t> all = carrying.sources(picture_width, picture_height, 1000003, 17);
+    std::sort(all.begin(), all.end());
+    for (std::size_t i = 0; i < all.size(); ++i) ASSERT_EQ(all[i], i);
+  }
+  for (const Carrying::Step& step : carrying_between(from, from, width, height, radius).steps)
+    EXPECT_TRUE(step.dx == 0 && step.dy == 0);
+}
+
+// A mask of which neighbours differ much, the fractions of a plane that rises by the R2 sequence [Roberts18]; higher by
+// a part of 1 in each of five slices.
+Texture fractional_masks() {
+  Texture texture = make_texture(Extents({32, 32, 5}), 1);
+  for (const SliceIndex s : texture.extents.slices())
+    for (int y = 0; y < 32; ++y)
+      for (int x = 0; x < 32; ++x) {
+        const double height = 0.7548776662466927 * x + 0.5698402909980532 * y + 0.37 * s.value();
+        texture.slice(s)[y * 32 + x] = static_cast<float>(height - std::floor(height));
+      }
+  return texture;
+}
+
+// Seeds that are not carried follow each slice anew, within blocks, and what the seeds of a block have in common stays
+// in an average.
+TEST(Seeds, ThatAreCarriedLeaveLessErrorThanWhatIsSortedAnewAndThanWhiteNoise) {
+  const std::string text =
+      "[image]\nwidth = 61\nheight = 64\nframes = 12\nrepeats = 8\n[[noise]]\nkind = \"white\"\n[[noise]]\nkind = "
+      "\"blue-2d\"\n[[noise]]\nname = \"sorted\"\nkind = \"heitz-belcour\"\ntarget = \"blue-2d\"\n[[noise]]\nname = "
+      "\"carried\"\nkind = \"heitz-belcour\"\ntarget = \"blue-2d\"\nretarget = 6\n[effects.integrand]\n"
+      "[filter.time]\nkernels = [\"ema\"]\n[[filter.space]]\nkernel = \"gauss\"\n";
+  const auto expectation = [](const char* order, const char* time, int frame) {
+    return fmt::format("[[expect]]\norder = \"{}\"\ntime = \"{}\"\nspace = \"gauss1\"\nframe = {}\n", order, time,
+                       frame);
+  };
+  const Scene scene =
+      scene_of(text + expectation("carried < white", "frame", 12) + expectation("carried < white < sorted", "ema", 12) +
+               expectation("carried = white", "frame", 1) + expectation("carried < sorted", "ema", 4));
+  std::vector<Noise> noises = noises_of(scene);
+  Texture slices = fractional_masks();
+  noises[1].extents = slices.extents;
+  noises[1].texture = std::make_shared<const Texture>(std::move(slices));
+  ThreadPool pool(2);
+  const Result result = render(scene, noises, pool);
+  for (const ExpectationResult& one_of_all : check_expectations(scene, result))
+    EXPECT_EQ(one_of_all.outcome, Outcome::holds) << one_of_all.text << ": " << one_of_all.found;
+  for (const int threads : {1, 5}) {
+    ThreadPool others(threads);
+    EXPECT_EQ(render(scene, noises, others).squares, result.squares);
+  }
 }
 
 TEST(Seeds, HowWellAnErrorFollowsAMaskIsMeasured) {

@@ -79,5 +79,20 @@ TEST(Joining, ThinsAListOfTheUsers) {
   EXPECT_GT(joining_for(config, 0.089).expected_ratio, 1.1);
 }
 
+// A file may say what each slice has. What the first one has tells nothing of the others.
+TEST(Joining, ThinsTheListsOfAllSlices) {
+  const auto expected_ratio = [](std::size_t odd_slice) {
+    RunConfig config = scalars_under("\"gauss\", sigma = 1.0", "400", "{ file = \"none.npy\" }");
+    config.problem.extents = Extents({64, 64, 4});
+    std::vector<float> values(4 * 64 * 64);
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      values[k] = k / (64 * 64) == odd_slice ? 1 : static_cast<float>(k % (64 * 64));
+    }
+    config.problem.samples.array = std::make_shared<const InputArray>(InputArray{{4, 64, 64}, std::move(values)});
+    return joining_for(config, 0.089).expected_ratio;
+  };
+  EXPECT_NEAR(expected_ratio(0), expected_ratio(3), 0.1);
+}
+
 }  // namespace
 }  // namespace noiseloom

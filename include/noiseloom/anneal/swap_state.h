@@ -10,8 +10,8 @@ namespace noiseloom {
 
 // One evaluation of R.
 struct HistoryRow {
-  double sweep = 0;           // sweeps done
-  double iterations = 0;      // iterations done; a sweep makes several of them
+  double sweep = 0;           // sweeps done; the last one of a run with stop.time may be cut short
+  double iterations = 0;      // iterations done; a sweep makes several of them, one that is cut short fewer
   double temperature = 0;     // of the last sweep (anneal), or gamma (fast)
   double acceptance = 0;      // swaps per candidate in it
   double relative_error = 0;  // R now
@@ -32,7 +32,7 @@ struct SwapState {
   // R when it was last evaluated, and where the run was then. The history holds what the schedule asks for, and is the
   // same for a run that was stopped; this is also R at a stop.
   double relative_error = 0;
-  std::int64_t iterations = 0;  // done, up to the last whole sweep
+  std::int64_t iterations = 0;  // done, up to the end of the last sweep
   std::int64_t scored_iterations = 0;
   std::int64_t scored_step = 0;
   // Of a run that began with a given arrangement (start_from); zeros where it began with a random one.

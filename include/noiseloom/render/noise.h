@@ -29,6 +29,8 @@ inline constexpr auto purpose_of_rejection = static_cast<Purpose>(106);
 inline constexpr auto purpose_of_lamp = static_cast<Purpose>(107);
 inline constexpr auto purpose_of_seed = static_cast<Purpose>(108);
 inline constexpr auto purpose_of_truth = static_cast<Purpose>(109);
+inline constexpr auto purpose_of_keys = static_cast<Purpose>(110);
+inline constexpr auto purpose_of_carrying = static_cast<Purpose>(111);
 
 // What a texture of unit vectors holds.
 enum class Directions { none, cosine, hemisphere, sphere };
@@ -39,6 +41,7 @@ struct Noise {
   NoiseSpec spec;
   std::shared_ptr<const Texture> texture = nullptr;       // null where numbers are computed, or it was only described
   SampleSpec samples = {};                                // of the texture
+  Extents extents = {};                                   // of the texture, whether it is at hand or not
   int channels = 1;                                       // of a value
   std::int64_t num_values = 0;                            // numbers in the texture, whether it is at hand or not
   std::shared_ptr<const SamplerTables> tables = nullptr;  // of the kind tables
@@ -63,6 +66,8 @@ std::string built_in_config(const NoiseSpec& spec);
 bool has_texture(NoiseKind kind);
 // Where in `folder` the texture of such a noise is kept; the name changes with the effective config.
 std::string cached_texture(const NoiseSpec& spec, const std::string& folder);
+// The same of the tables of a noise of kind sobol-blue.
+std::string cached_tables(const NoiseSpec& spec, const std::string& folder);
 
 // How far a repeat moves the noise: 0 <= x, y, t.
 struct Move {
@@ -72,6 +77,14 @@ struct Move {
 };
 // Repeat 0 moves nothing.
 Move move_of_repeat(std::uint64_t seed, int repeat);
+
+// Which pixel and slice of a texture, or step of golden-ratio, the pixel (0, 0) reads its first value of in a frame.
+struct MaskPlace {
+  std::int64_t x = 0;
+  std::int64_t y = 0;
+  std::int64_t slice = 0;
+};
+MaskPlace mask_place(const Noise& noise, const Move& move, std::int64_t frame);
 
 // The numbers of one pixel in one frame.
 struct Draw {

@@ -35,6 +35,7 @@ enum class Data : std::uint8_t {
   kernel,
   importance,
   sky,
+  carrying,
   seeds,
   truth,
   estimate,
@@ -46,7 +47,7 @@ enum class Data : std::uint8_t {
   pictures,
   predictions
 };
-inline constexpr int num_data = 24;
+inline constexpr int num_data = 25;
 std::string_view name_of(Data data);
 
 class DataSet {
@@ -83,9 +84,10 @@ enum class Work : std::uint8_t {
   differences,
   transformed_values,  // by Fourier transforms
   moved_seeds,
-  ranks  // of pixels among their neighbours
+  ranks,     // of pixels among their neighbours
+  exchanges  // tried between cells of masks
 };
-inline constexpr int num_work = 17;
+inline constexpr int num_work = 18;
 std::string_view name_of(Work work);
 using Counts = std::array<std::int64_t, num_work>;
 constexpr std::int64_t& count_of(Counts& counts, Work work) { return counts[static_cast<std::size_t>(work)]; }

@@ -24,7 +24,8 @@ enum class NoiseKind {
   sobol_owen,
   sobol_rotated,
   heitz_belcour,
-  tables
+  tables,
+  sobol_blue
 };
 
 struct NoiseSpec {
@@ -40,6 +41,9 @@ struct NoiseSpec {
   std::uint64_t seed = 1;
   std::string target = {};  // heitz-belcour: the noise of the scene that seeds follow
   int block = 4;            // heitz-belcour: pixels along each side within which a seed moves in a frame
+  int retarget = 0;         // heitz-belcour: pixels by which seeds move so that they follow the mask of the next frame
+  int points = 16;          // sobol-blue: frames whose mean has blue errors, and every power of two below
+  int numbers = 2;          // sobol-blue: of an estimate, whose errors go together
   bool importance = true;   // numbers are bent to what an effect's integrand weighs, where the effect knows how
 };
 
