@@ -124,7 +124,7 @@ void say_member(const BankOptions& options, const std::vector<std::pair<std::str
                                            text(1).empty() ? "" : "  R " + text(1), text(2)));
 }
 
-std::unique_ptr<RunLock> make_ready(const Bank& bank, const BankOptions& options) {
+std::unique_ptr<AtWork> make_ready(const Bank& bank, const BankOptions& options) {
   const std::string& folder = options.request.folder;
   if (!options.pack.empty()) check_pack(bank, folder, options.pack, options.overwrite);
   return prepare_bank(bank, folder, options.resume, options.overwrite);
@@ -170,7 +170,7 @@ int work_under_mpi(const Communicator& communicator, int argc, char** argv) {
     if (!status) bank = load_bank(options.bank, options.overrides);
   });
   if (status) return *status;
-  std::unique_ptr<RunLock> presence;
+  std::unique_ptr<AtWork> presence;
   communicator.together([&] { options.progress = open_progress_file(options.progress_to); });
   communicator.on_root([&] {
     if (options.worker_threads == 0) presence = make_ready(bank, options);
@@ -295,7 +295,7 @@ int run_bank_alone(int argc, char** argv) {
   options.progress = open_progress_file(options.progress_to);
   StopSignals signals;
   const Bank bank = load_bank(options.bank, options.overrides);
-  const std::unique_ptr<RunLock> presence = make_ready(bank, options);
+  const std::unique_ptr<AtWork> presence = make_ready(bank, options);
   const int threads = options.threads > 0 ? options.threads : num_available_processors();
   const int workers =
       std::clamp<int>(static_cast<int>(std::min<std::size_t>(bank.members.size(), most_bank_threads)), 1, threads);

@@ -1,15 +1,19 @@
 // The folder of a bank: before its members are made, and when they are.
 #include <fmt/format.h>
 
+#include <chrono>
 #include <filesystem>
 #include <list>
 #include <random>
 #include <set>
+#include <span>
+#include <thread>
 
 #include "bank/index.h"
 #include "noiseloom/bank/bank.h"
 #include "noiseloom/core/console.h"
 #include "noiseloom/core/error.h"
+#include "noiseloom/files/digest.h"
 #include "noiseloom/files/generations.h"
 #include "noiseloom/files/output_files.h"
 #include "noiseloom/files/pack.h"
@@ -51,16 +55,22 @@ void remove_members(const Bank& bank, const std::string& folder) {
   if (ops.exists(index_path(folder))) ops.remove(index_path(folder));
 }
 
-// A worker that was killed when its member was done, but not yet let go of, leaves a lock file that nobody asks for
-// again. One whose holder may live, on another machine say, stays.
-void remove_dead_locks(const Bank& bank, const BankIndex& index, const std::string& folder) {
-  for (std::size_t i = 0; i < bank.members.size(); ++i) {
-    if (index.is_done(i)) remove_dead_lock(member_path(folder, bank.members[i].name));
-  }
+// Removes the lock of an output whose holder is known to be dead. False where no lock is left.
+bool is_left(const std::string& output) {
+  LockWatch(output).remove_if_dead();
+  return posix_file_ops().exists(output + ".lock");
 }
 
 // The commands that are at work on a folder each hold the lock of a file of this name, which is never there.
 constexpr const char* at_work = ".at-work-";
+
+// How the names begin of those that make this very bank.
+std::string at_work_on(const Bank& bank) {
+  std::string text;
+  for (const std::string& key : bank.keys) text += key + '\n';
+  for (const BankMember& member : bank.members) text += fmt::format("{} {}\n", member.name, member.config);
+  return fmt::format("{}{}-", at_work, to_hex(digest_of(std::as_bytes(std::span<const char>(text)))));
+}
 
 std::vector<std::string> others_at_work(const std::string& folder, const std::string& own) {
   std::vector<std::string> others;
@@ -74,15 +84,38 @@ std::vector<std::string> others_at_work(const std::string& folder, const std::st
   return others;
 }
 
-// Throws UserError where another command is at work: between two members it holds none of their locks.
-void refuse_others_at_work(const std::string& folder, const std::string& own) {
-  const auto say = [](const std::string& line) { print_error("noiseloom bank: " + line + "\n"); };
+// Throws OutputHeld where a command lives that is at work. One that looks for the same at this moment is none.
+void refuse_if_held(const std::string& other) {
+  constexpr int tries = 5;
+  constexpr std::chrono::milliseconds pause{100};
+  for (int k = 1;; ++k) {
+    try {
+      const RunLock was_left(other, [](const std::string& line) { print_error("noiseloom bank: " + line + "\n"); });
+      return;
+    } catch (const OutputHeld&) {
+      if (k == tries) throw;
+    }
+    std::this_thread::sleep_for(pause);
+  }
+}
+
+// Throws UserError where another command is at work, between two members of which it holds none of their locks: with
+// `on_any` on any bank, else on another than this one.
+void refuse_others_at_work(const Bank& bank, const std::string& folder, const std::string& own, bool on_any) {
+  const std::string alike = at_work_on(bank);
   std::vector<Fault> faults;
   for (const std::string& other : others_at_work(folder, own)) {
+    const bool is_alike = fs::path(other).filename().string().starts_with(alike);
+    if ((is_alike && !on_any) || !is_left(other)) continue;
     try {
-      const RunLock was_left(other, say);
+      refuse_if_held(other);
     } catch (const OutputHeld& error) {
-      for (const Fault& fault : error.faults()) faults.push_back({folder, fault.text});
+      for (const Fault& fault : error.faults()) {
+        faults.push_back({folder, is_alike ? fault.text
+                                           : "another bank is being made in this folder; choose another one for this "
+                                             "bank, or wait: " +
+                                                 fault.text});
+      }
     }
   }
   throw_if_any(std::move(faults));
@@ -90,7 +123,20 @@ void refuse_others_at_work(const std::string& folder, const std::string& own) {
 
 }  // namespace
 
-std::unique_ptr<RunLock> prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool overwrite) {
+AtWork::AtWork(std::unique_ptr<RunLock> lock, const std::vector<std::string>& watched) : lock_(std::move(lock)) {
+  for (const std::string& output : watched) left_.emplace_back(output).is_held();
+}
+
+AtWork::~AtWork() {
+  for (LockWatch& watch : left_) {
+    try {
+      watch.remove_if_dead();
+    } catch (const EnvironmentError&) {  // it stays
+    }
+  }
+}
+
+std::unique_ptr<AtWork> prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool overwrite) {
   std::error_code error;
   if (fs::exists(folder, error) && !fs::is_directory(folder, error)) {
     throw UserError(folder, "is not a folder; choose another output");
@@ -101,14 +147,10 @@ std::unique_ptr<RunLock> prepare_bank(const Bank& bank, const std::string& folde
   fs::create_directories(folder, error);
   if (error) throw EnvironmentError(fmt::format("{}: cannot create the folder: {}", folder, error.message()));
   const std::string own =
-      (fs::path(folder) / fmt::format("{}{:08x}{:08x}", at_work, std::random_device()(), std::random_device()()))
-          .string();
-  auto presence = std::make_unique<RunLock>(own);
-  if (overwrite) {
-    refuse_others_at_work(folder, own);
-    remove_members(bank, folder);
-  }
-  for (const std::string& other : others_at_work(folder, own)) remove_dead_lock(other);
+      (fs::path(folder) / fmt::format("{}{:08x}", at_work_on(bank), std::random_device()())).string();
+  auto lock = std::make_unique<RunLock>(own);
+  refuse_others_at_work(bank, folder, own, overwrite);
+  if (overwrite) remove_members(bank, folder);
   const BankIndex index = read_index(bank, folder);
   std::vector<Fault> faults;
   for (const BankMember& member : bank.members) {
@@ -119,9 +161,18 @@ std::unique_ptr<RunLock> prepare_bank(const Bank& bank, const std::string& folde
                                                       member.name)});
   }
   throw_if_any(std::move(faults));
-  remove_dead_locks(bank, index, folder);
   write_index(bank, folder);
-  return presence;
+  // A worker that was killed when its member was done, but not yet let go of, leaves a lock that nobody asks for again.
+  std::vector<std::string> left;
+  for (const std::string& other : others_at_work(folder, own)) {
+    if (is_left(other)) left.push_back(other);
+  }
+  for (std::size_t i = 0; i < bank.members.size(); ++i) {
+    if (std::string path = member_path(folder, bank.members[i].name); index.is_done(i) && is_left(path)) {
+      left.push_back(std::move(path));
+    }
+  }
+  return std::make_unique<AtWork>(std::move(lock), left);
 }
 
 void check_pack(const Bank& bank, const std::string& folder, const std::string& path, bool overwrite) {

@@ -46,7 +46,8 @@ VacField::VacField(const VacSpec& spec, const VacKernel& kernel, std::int32_t sl
 }
 
 bool VacField::has(std::uint64_t position) const {
-  return layout_.has_slice(static_cast<std::int64_t>(position) / layout_.cells);
+  const auto p = static_cast<std::int64_t>(position);
+  return p >= layout_.slice_begin * layout_.cells && p < layout_.slice_end * layout_.cells;
 }
 
 std::size_t VacField::index(std::uint64_t position) const {

@@ -314,16 +314,6 @@ RunLock::~RunLock() = default;
 bool RunLock::enforced() const { return impl_->enforced; }
 const std::string& RunLock::number() const { return impl_->ours.number; }
 
-void remove_dead_lock(const std::string& path) {
-  const std::string lock_path = follow_links(path) + ".lock";
-  const Descriptor file = open_or_none(lock_path, O_RDWR);
-  if (file.fd() < 0) return;
-  const SystemLock lock = try_lock(file.fd(), lock_path);
-  if (lock == SystemLock::held || !still_there(file.fd(), lock_path)) return;
-  const LockRecord theirs = parse_record(read_start(file.fd(), longest_record));
-  if (judge(theirs, own_record(), lock) == Holder::dead) ::unlink(lock_path.c_str());
-}
-
 struct LockWatch::Impl {
   const std::string lock_path;
   const LockTiming timing;
@@ -353,6 +343,20 @@ bool LockWatch::is_held() {
     impl_->seen_at = steady_clock::now();
   }
   return steady_clock::now() - impl_->seen_at < impl_->timing.silence;
+}
+
+void LockWatch::remove_if_dead() {
+  const Descriptor file = open_or_none(impl_->lock_path, O_RDWR);
+  if (file.fd() < 0) return;
+  const SystemLock lock = try_lock(file.fd(), impl_->lock_path);
+  if (!still_there(file.fd(), impl_->lock_path)) return;
+  const Sight now{read_start(file.fd(), longest_record), change_time(file.fd())};
+  Holder holder = judge(parse_record(now.text), impl_->ours, lock);
+  if (holder == Holder::unknown && now == impl_->seen &&
+      steady_clock::now() - impl_->seen_at >= impl_->timing.silence) {
+    holder = Holder::dead;
+  }
+  if (holder == Holder::dead) ::unlink(impl_->lock_path.c_str());
 }
 
 void confirm_output(const std::string& path) {

@@ -152,6 +152,25 @@ void check_order(const Subject& subject, Verification& found) {
            median_of(pairs))});
 }
 
+// What the correlation of values does not show.
+void check_gaps(const Subject& subject, Verification& found) {
+  std::vector<SliceIndex> gaps = gaps_behind(subject.texture);
+  if (gaps.empty()) return;
+  const SliceIndex last = subject.texture.extents.num_slices() - 1;
+  const bool at_end = gaps.back() == last;
+  if (at_end) gaps.pop_back();
+  if (at_end && gaps.empty()) {
+    found.findings.push_back({"slice-loop", true,
+                              "the spectra of the last slices and the first are related as those of slices further "
+                              "apart are elsewhere: slices are missing at an end"});
+    return;
+  }
+  found.findings.push_back({"slice-order", true,
+                            fmt::format("slices are missing after slice{} {}: the spectra on its two sides are "
+                                        "related as those of slices further apart are elsewhere",
+                                        gaps.size() == 1 ? "" : "s", list_text(gaps))});
+}
+
 // A filter over x and y whose error is looked at along borders: the middle tap, and those on one side of it.
 struct BorderFilter {
   const char* name;
@@ -251,8 +270,10 @@ bool repeats_at(const Texture& texture, std::size_t dx, std::size_t dy) {
 }  // namespace
 
 void check_slices(const Subject& subject, Verification& found) {
+  const std::size_t before = found.findings.size();
   check_repeats(subject, found);
   check_order(subject, found);
+  if (found.findings.size() == before) check_gaps(subject, found);
 }
 
 void check_edges(const Subject& subject, Verification& found) {

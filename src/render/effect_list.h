@@ -1,6 +1,10 @@
 // One of these for every effect, each in the file of its effect.
 #pragma once
 
+#include <cstdint>
+#include <span>
+#include <string>
+
 #include "render/effects.h"
 
 namespace noiseloom::render {
@@ -22,5 +26,9 @@ void make_importance_pass(Shared& shared);
 void make_sky_pass(Shared& shared);
 std::int64_t bytes_of_kernel(const Scene& scene, std::span<const Noise> noises);
 std::int64_t bytes_of_sky(const Scene& scene, std::span<const Noise> noises);
+std::string off_without_turning_sky(const Scene& scene);
+void make_sky_truths(Shared& shared);
+Counts work_of_sky_truths(const Scene& scene, std::span<const Noise> noises);
+std::int64_t bytes_of_sky_truths(const Scene& scene, std::span<const Noise> noises);
 
 }  // namespace noiseloom::render

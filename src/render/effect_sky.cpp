@@ -4,14 +4,18 @@
 //   drawn by brightness (the default)   with the chance of the cell's light
 //   drawn evenly                        all of the same density over the hemisphere
 //
-// Textures of the sky's image onto the hemisphere hold directions drawn by brightness.
+// Textures of the sky's image onto the hemisphere hold directions drawn by brightness. Where the sky turns, cells and
+// directions of textures turn with it, and the truth of every frame is the sum over all cells, found once.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "noiseloom/core/error.h"
 #include "render/effect-inl.h"
 #include "render/effect_list.h"
 #include "render/mesh_pass.h"
+#include "render/scene_passes.h"
+#include "render/scene_sizes.h"
 #include "render/sky_light.h"
 
 namespace noiseloom::render {
@@ -32,6 +36,11 @@ struct SkyEffect : PlainEffect {
         sky(&shared.sky.get(Data::sky, shared.pass_or("sky"))),
         mesh(mesh_of(shared, "sky")) {
     if (job == nullptr) return;
+    if (shared.scene.sky.turn != 0) {
+      turn = job->frame * shared.scene.sky.turn;
+      const std::vector<Image>& truths = shared.sky_truths.get(Data::sky_truths, shared.pass_or("sky"));
+      truth_of_frame = &truths[static_cast<std::size_t>(job->frame) % truths.size()];
+    }
     const Noise& noise = job->noise_of_job();
     is_direction = holds_directions_of_sky(shared.scene, noise);
     numbers_of_pixel = numbers_of_sky(shared.scene, noise);
@@ -56,18 +65,22 @@ struct SkyEffect : PlainEffect {
   void estimate(int x, int y, Draw draw, float* out) const {
     const double u = static_cast<double>(draw(0));
     const double v = static_cast<double>(draw(1));
-    const Texel cell = is_direction ? sky->cell_of({u, v, static_cast<double>(draw(2))})
-                       : by_light   ? sky->cells.at(u, v)
-                                    : even_cell(u, v);
+    const Texel place = is_direction ? sky->turned(sky->cell_of({u, v, static_cast<double>(draw(2))}), turn)
+                        : by_light   ? sky->turned(sky->cells.at(u, v), turn)
+                                     : even_cell(u, v);
+    const Texel cell = sky->turned(place, -turn);
     const std::size_t i = sky->index(cell);
-    const double chance = by_light ? sky->cells.mass(cell) : sky->solid_angles[i] / math::two_pi;
-    const double cosine = cosine_if_open(hits->at(x, y), i);
+    const std::size_t seen = sky->index(place);
+    const double chance = by_light ? sky->cells.mass(cell) : sky->solid_angles[seen] / math::two_pi;
+    const double cosine = cosine_if_open(hits->at(x, y), seen);
     // A cell without light has no chance: rounding may carry a direction over its edge.
     for (std::size_t c = 0; c < 3; ++c)
       out[c] = chance > 0 ? static_cast<float>(sky->light[i][c] * cosine / chance) : 0;
   }
   void expect(int x, int y, double* out) const {
-    for (int c = 0; c < 3; ++c) out[c] = 0;
+    for (int c = 0; c < 3; ++c)
+      out[c] = truth_of_frame == nullptr ? 0 : static_cast<double>(truth_of_frame->row(c, y)[x]);
+    if (truth_of_frame != nullptr) return;
     const Hit& hit = hits->at(x, y);
     for (std::size_t i = 0; i < sky->directions.size(); ++i) {
       const double cosine = cosine_if_open(hit, i);
@@ -82,7 +95,26 @@ struct SkyEffect : PlainEffect {
   bool is_direction = false;
   bool by_light = true;
   int numbers_of_pixel = 2;
+  std::int64_t turn = 0;                  // columns, in this frame
+  const Image* truth_of_frame = nullptr;  // where it turns
 };
+
+// Frames until the sky is as it was in the first, or all of them.
+std::int64_t different_frames(const Scene& scene, std::int64_t columns) {
+  return std::min<std::int64_t>(scene.frames, columns / std::gcd(columns, std::int64_t{scene.sky.turn}));
+}
+
+// What comes from the directions of cells: [direction][frame][channel].
+std::vector<double> light_of_frames(const SkyLight& sky, std::int64_t turn, std::int64_t frames) {
+  std::vector<double> light;
+  for (int y = 0; y < sky.cells.height(); ++y)
+    for (int x = 0; x < sky.cells.width(); ++x)
+      for (std::int64_t frame = 0; frame < frames; ++frame) {
+        const std::array<double, 3>& of_cell = sky.light[sky.index(sky.turned({x, y}, -frame * turn))];
+        light.insert(light.end(), of_cell.begin(), of_cell.end());
+      }
+  return light;
+}
 
 }  // namespace
 
@@ -92,8 +124,54 @@ void make_sky_pass(Shared& shared) {
     if (holds_directions_of_sky(shared.scene, noise)) check_directions(noise, sky);
 }
 
-std::int64_t bytes_of_sky(const Scene&, std::span<const Noise>) {
-  return most_cells_of_sky * static_cast<std::int64_t>(sizeof(Vector) + 5 * sizeof(double));
+std::int64_t bytes_of_sky(const Scene& scene, std::span<const Noise>) {
+  return most_cells(scene.sky) * static_cast<std::int64_t>(sizeof(Vector) + 5 * sizeof(double));
+}
+
+std::string off_without_turning_sky(const Scene& scene) {
+  if (!scene.sky.on) return "no effects.sky";
+  return scene.sky.turn != 0 ? applies : "the sky stands still";
+}
+
+// What a pixel sees of the directions of cells is found once; frames have other light there.
+void make_sky_truths(Shared& shared) {
+  const Scene& scene = shared.scene;
+  const SkyEffect effect(shared, 0, nullptr);
+  const SkyLight& sky = *effect.sky;
+  const std::int64_t frames = different_frames(scene, sky.cells.width());
+  std::vector<Image>& truths = shared.sky_truths.make(
+      std::vector<Image>(static_cast<std::size_t>(frames), make_image(scene.width, scene.height, 3)));
+  const std::vector<double> light = light_of_frames(sky, scene.sky.turn, frames);
+  const auto numbers = static_cast<std::size_t>(3 * frames);
+  shared.pool.for_each(scene.height, [&](std::int64_t row, int) {
+    const int y = static_cast<int>(row);
+    std::vector<double> sums(numbers);
+    for (int x = 0; x < scene.width; ++x) {
+      std::fill(sums.begin(), sums.end(), 0.0);
+      for (std::size_t place = 0; place < sky.directions.size(); ++place) {
+        const double cosine = effect.cosine_if_open(effect.hits->at(x, y), place);
+        if (!(cosine > 0)) continue;
+        const double* const of_place = light.data() + place * numbers;
+        for (std::size_t i = 0; i < numbers; ++i) sums[i] += of_place[i] * cosine;
+      }
+      for (std::size_t frame = 0; frame < truths.size(); ++frame)
+        for (int c = 0; c < 3; ++c)
+          truths[frame].row(c, y)[x] = static_cast<float>(sums[3 * frame + static_cast<std::size_t>(c)]);
+    }
+  });
+  count_of(*shared.counts, Work::guided_taps) += pixels_of(scene) * most_cells(scene.sky);
+  count_of(*shared.counts, Work::expectations) += pixels_of(scene) * frames;
+}
+
+Counts work_of_sky_truths(const Scene& scene, std::span<const Noise>) {
+  Counts counts{};
+  count_of(counts, Work::guided_taps) = pixels_of(scene) * most_cells(scene.sky);
+  count_of(counts, Work::expectations) = pixels_of(scene) * different_frames(scene, most_columns(scene.sky));
+  return counts;
+}
+
+std::int64_t bytes_of_sky_truths(const Scene& scene, std::span<const Noise>) {
+  return (12 * pixels_of(scene) + 24 * most_cells(scene.sky)) * different_frames(scene, most_columns(scene.sky));
 }
 
 const EffectCalls sky_calls = {Effect::sky,
@@ -103,9 +181,9 @@ const EffectCalls sky_calls = {Effect::sky,
                                estimate_image<SkyEffect>,
                                truth_image<SkyEffect>,
                                nullptr,
-                               [](const Scene&) {
+                               [](const Scene& scene) {
                                  Counts counts{};
-                                 count_of(counts, Work::guided_taps) = most_cells_of_sky;
+                                 count_of(counts, Work::guided_taps) = most_cells(scene.sky);
                                  return counts;
                                }};
 

@@ -54,6 +54,7 @@ struct Shared {
   Made<BlurMasses> kernel = {};
   Made<Image> importance = {};
   Made<SkyLight> sky = {};
+  Made<std::vector<Image>> sky_truths = {};  // of frames, until the sky has turned around
   Made<std::unique_ptr<const Mesh>> mesh = {};
   Made<Shares> shares = {};
   Made<Hits> hits = {};

@@ -111,7 +111,7 @@ void count_measures(const Scene& scene, std::int64_t channels, std::int64_t pict
   for (const Metric metric : metrics) {
     if (metric == Metric::ssim) count_of(counts, Work::taps) += values * 5 * 2 * 11;  // five pictures, filtered
     if (metric == Metric::flip) count_of(counts, Work::taps) += values * 2 * 8 * (21 + 19);
-    if (metric == Metric::pattern) count_of(counts, Work::ranks) += values;
+    if (metric == Metric::pattern || metric == Metric::median) count_of(counts, Work::ranks) += values;
     if (metric == Metric::low) count_of(counts, Work::transformed_values) += values * channels;
   }
 }
@@ -122,6 +122,7 @@ void measure_stage(Job& job, std::size_t stage, std::span<double> errors) {
   const std::size_t place = stage * static_cast<std::size_t>(job.scene().frames) + static_cast<std::size_t>(job.frame);
   const Squares squares = squares_of(job, stage);
   std::array<double, 3> bands{};
+  std::array<double, 3> quantiles{};
   for (std::size_t m = 0; m < metrics.size(); ++m) {
     double& error = errors[m * per_metric + place];
     switch (metrics[m]) {
@@ -152,6 +153,16 @@ void measure_stage(Job& job, std::size_t stage, std::span<double> errors) {
         break;
       case Metric::flip:
         error = flip_error(job.after(stage), truth_of(job, stage), job.channels(), job.scene().border, job.rows);
+        break;
+      case Metric::median:
+        quantiles = quantiles_of_error(difference_of(job, stage));
+        error = quantiles[0];
+        break;
+      case Metric::p99:
+        error = quantiles[1];
+        break;
+      case Metric::largest:
+        error = quantiles[2];
         break;
     }
   }
@@ -219,6 +230,18 @@ std::array<double, 3> powers_in_bands(const Image& difference) {
       powers[frequency < 0.05 ? 0 : frequency < 0.15 ? 1 : 2] += variance * spectrum.at(u, v) / pixels;
     }
   return powers;
+}
+
+std::array<double, 3> quantiles_of_error(const Image& difference) {
+  std::vector<float> errors(difference.pixels());
+  for (int c = 0; c < difference.channels; ++c)
+    for (std::size_t i = 0; i < errors.size(); ++i) errors[i] += difference.row(c, 0)[i] * difference.row(c, 0)[i];
+  const auto at = [&](std::size_t rank) {
+    std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(rank), errors.end());
+    return std::sqrt(static_cast<double>(errors[rank]) / difference.channels);
+  };
+  const std::size_t last = errors.size() - 1;
+  return {at(last / 2), at(last - last / 100), at(last)};
 }
 
 void measure(Job& job) {

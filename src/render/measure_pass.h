@@ -32,4 +32,8 @@ double structural_error(const Image& a, const Image& b, int channels, Border bor
 // and above. The mean is left out.
 std::array<double, 3> powers_in_bands(const Image& difference);
 
+// Of the errors of pixels, each the root of the mean square of its channels: the median, what 99 % of them stay below,
+// and the largest.
+std::array<double, 3> quantiles_of_error(const Image& difference);
+
 }  // namespace noiseloom::render

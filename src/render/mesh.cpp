@@ -116,6 +116,25 @@ std::uintmax_t bytes_of_mesh_file(const std::string& path) {
   return bytes;
 }
 
+std::int64_t bytes_of_triangles(std::int64_t vertices, std::int64_t triangles) {
+  constexpr std::int64_t of_tracer = 115;  // a triangle, as measured
+  return 12 * vertices + (12 + of_tracer) * triangles;
+}
+
+std::int64_t bytes_of_mesh_in(const std::string& path) {
+  constexpr std::uintmax_t most_to_read = 100'000'000;
+  // The files of a triangle that take least have three places of two bytes, which three triangles may share.
+  const std::uintmax_t size = bytes_of_mesh_file(path);
+  if (size > most_to_read) return bytes_of_triangles(0, static_cast<std::int64_t>(size / 6));
+  try {
+    check_file(path);
+    const Triangles triangles = triangles_of(path);
+    return bytes_of_triangles(std::ssize(triangles.places) / 3, std::ssize(triangles.corners) / 3);
+  } catch (const UserError&) {
+    return 0;
+  }
+}
+
 Mesh::Mesh(const ObjectSpec& spec) {
   check_file(spec.file);
   read(spec.file);

@@ -17,6 +17,12 @@ namespace noiseloom::render {
 // no such file.
 std::uintmax_t bytes_of_mesh_file(const std::string& path);
 
+// Bytes that a mesh of so many vertices and triangles takes with what finds the triangles that a ray meets.
+std::int64_t bytes_of_triangles(std::int64_t vertices, std::int64_t triangles);
+// The same of what the file holds, which is read for it; of files past 100 MB, from the size of the file, no less than
+// it takes. 0 where the file cannot be read: who loads it says why.
+std::int64_t bytes_of_mesh_in(const std::string& path);
+
 class Mesh {
  public:
   // Throws UserError where the file cannot be read, or is no mesh of triangles that have places and areas.

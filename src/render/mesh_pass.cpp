@@ -174,10 +174,7 @@ Counts work_of_shares(const Scene& scene, std::span<const Noise>) {
   return counts;
 }
 
-// Triangles are known when the file has been read: their boxes take about as much as a file of numbers does.
-std::int64_t bytes_of_mesh(const Scene& scene, std::span<const Noise>) {
-  return 4 * static_cast<std::int64_t>(bytes_of_mesh_file(scene.object.file));
-}
+std::int64_t bytes_of_mesh(const Scene& scene, std::span<const Noise>) { return bytes_of_mesh_in(scene.object.file); }
 
 std::int64_t bytes_of_shares(const Scene& scene, std::span<const Noise>) {
   return 4 * pixels_of_shares(scene) * ((scene.occlusion.on ? 1 : 0) + (scene.shadow.on ? 1 : 0));

@@ -17,10 +17,10 @@ constexpr double seconds_of_work[num_work] = {4e-7,   2e-9,   2e-8,  2.5e-8, 2e-
                                               1.2e-9, 3.5e-8, 4e-10, 7e-9,   1.5e-9, 1e-8, 1.2e-7, 1.5e-7, 4e-8};
 
 constexpr std::string_view data_names[num_data] = {
-    "noises",      "picture", "density",     "light",        "columns",     "flights",    "mesh",
-    "mesh shares", "hits",    "moving hits", "edge weights", "kernel",      "importance", "sky",
-    "carrying",    "seeds",   "truth",       "estimate",     "accumulated", "filtered",   "seen",
-    "errors",      "stacks",  "pictures",    "predictions"};
+    "noises",      "picture",  "density",     "light",        "columns",    "flights",     "mesh",
+    "mesh shares", "hits",     "moving hits", "edge weights", "kernel",     "importance",  "sky",
+    "sky truths",  "carrying", "seeds",       "truth",        "estimate",   "accumulated", "filtered",
+    "seen",        "errors",   "stacks",      "pictures",     "predictions"};
 constexpr std::string_view work_names[num_work] = {
     "expectations", "texture_values", "computed_values",    "estimates",   "primary_rays",  "rays",
     "mesh_rays",    "march_steps",    "density_reads",      "averages",    "history_reads", "taps",

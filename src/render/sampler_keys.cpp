@@ -289,7 +289,7 @@ void append_array(std::string& text, const char* head, const std::vector<std::ui
 constexpr const char* head_of_digest = "// digest ";
 
 std::string line_of_digest(const std::string& text) {
-  return head_of_digest + to_hex(digest_of(std::as_bytes(std::span(text.data(), text.size())))) + "\n";
+  return fmt::format("{}{}\n", head_of_digest, to_hex(digest_of(std::as_bytes(std::span(text.data(), text.size())))));
 }
 
 }  // namespace

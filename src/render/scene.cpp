@@ -53,17 +53,19 @@ std::string name_of(Effect effect) {
 }
 
 bool truth_changes_with_frame(const Scene& scene, Effect effect) {
-  return scene.motion.on || (effect == Effect::integrand && scene.integrand.function == Integrand::jittered_steps);
+  return scene.motion.on || (effect == Effect::sky && scene.sky.turn != 0) ||
+         (effect == Effect::integrand && scene.integrand.function == Integrand::jittered_steps);
 }
 
 std::string name_of(Metric metric) {
-  static constexpr const char* names[num_metrics] = {"rmse", "deviation", "ssim",    "low", "middle",
-                                                     "high", "unseen",    "pattern", "flip"};
+  static constexpr const char* names[num_metrics] = {"rmse",   "deviation", "ssim", "low",    "middle", "high",
+                                                     "unseen", "pattern",   "flip", "median", "p99",    "largest"};
   return names[static_cast<int>(metric)];
 }
 
 bool is_root(Metric metric) {
-  return metric != Metric::ssim && metric != Metric::unseen && metric != Metric::pattern && metric != Metric::flip;
+  return metric == Metric::rmse || metric == Metric::deviation || metric == Metric::low || metric == Metric::middle ||
+         metric == Metric::high;
 }
 
 std::vector<Metric> metrics_of(const Scene& scene) {
@@ -77,6 +79,7 @@ std::vector<Metric> metrics_of(const Scene& scene) {
   if (has("unseen")) metrics.push_back(Metric::unseen);
   if (has("pattern")) metrics.push_back(Metric::pattern);
   if (has("flip")) metrics.push_back(Metric::flip);
+  if (has("quantiles")) metrics.insert(metrics.end(), {Metric::median, Metric::p99, Metric::largest});
   return metrics;
 }
 

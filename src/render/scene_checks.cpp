@@ -194,7 +194,9 @@ void check_metrics(Reader& reader, const Value& root, const Scene& scene) {
     if (found == metrics.end())
       fault_at(reader, root, "expect", i, "metric",
                fmt::format("is not measured: image.metrics needs {}",
-                           wanted == "low" || wanted == "middle" || wanted == "high" ? "bands" : wanted));
+                           wanted == "low" || wanted == "middle" || wanted == "high"      ? "bands"
+                           : wanted == "median" || wanted == "p99" || wanted == "largest" ? "quantiles"
+                                                                                          : wanted));
     if (wanted == "unseen" && !scene.expects[i].effect.empty() && scene.expects[i].effect != "sparse")
       fault_at(reader, root, "expect", i, "metric", "goes with the effect sparse alone");
   }

@@ -26,6 +26,9 @@ constexpr Word metric_words[] = {
      "target stylised"},
     {"flip", "the difference that is seen when picture and truth are shown in turns, at 67 pixels a degree",
      "perceptual"},
+    {"quantiles",
+     "of a pixel's error the median, what 99 % stay below, and the largest: few wrong pixels move the last alone",
+     "median percentile fireflies outliers p99"},
 };
 
 // In the order of Metric.
@@ -39,6 +42,9 @@ constexpr Word measured_words[] = {
     {"unseen", "the share of pixels without a sample so far", "coverage"},
     {"pattern", "1 - the rank correlation of the error with a mask"},
     {"flip", "the mean of FLIP"},
+    {"median", "the median of the pixels' errors"},
+    {"p99", "what the errors of 99 % of the pixels stay below", "percentile-99"},
+    {"largest", "the largest error of a pixel", "max firefly"},
 };
 
 constexpr Word time_words[] = {{"frame", "each frame alone", "none raw"},

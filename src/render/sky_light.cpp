@@ -13,8 +13,7 @@
 namespace noiseloom::render {
 namespace {
 
-constexpr int most_columns = 64;
-constexpr int most_rows = 16;  // of the upper half
+constexpr int width_of_sun_sky = 64;
 constexpr double brightness_of_plane = 0.8;
 
 struct SkyPixels {
@@ -24,7 +23,7 @@ struct SkyPixels {
 };
 
 SkyPixels sky_of_sun() {
-  SkyPixels pixels{64, 32, {}};
+  SkyPixels pixels{width_of_sun_sky, width_of_sun_sky / 2, {}};
   for (int y = 0; y < pixels.height; ++y)
     for (int x = 0; x < pixels.width; ++x) {
       const double height = std::max(0.0, 1 - 2 * (y + 0.5) / pixels.height);
@@ -76,14 +75,25 @@ Texel SkyLight::cell_of(Vector direction) const {
           static_cast<int>(std::int64_t{y} * cells.height() / fine_height)};
 }
 
+Texel SkyLight::turned(Texel cell, std::int64_t columns) const {
+  const std::int64_t width = cells.width();
+  return {static_cast<int>(((cell.x + columns) % width + width) % width), cell.y};
+}
+
+std::int64_t most_columns(const SkySpec& spec) {
+  return spec.file.empty() ? std::min(spec.columns, width_of_sun_sky) : spec.columns;
+}
+
+std::int64_t most_cells(const SkySpec& spec) { return most_columns(spec) * (most_columns(spec) / 4); }
+
 SkyLight make_sky(const SkySpec& spec) {
   const SkyPixels pixels = spec.file.empty() ? sky_of_sun() : sky_of_image(spec.file);
   SkyLight sky;
   sky.fine_width = pixels.width;
   sky.fine_height = (pixels.height + 1) / 2;
   sky.image_height = pixels.height;
-  const int columns = std::min(most_columns, sky.fine_width);
-  const int rows = std::min(most_rows, sky.fine_height);
+  const int columns = std::min(spec.columns, sky.fine_width);
+  const int rows = std::min(spec.columns / 4, sky.fine_height);
   const std::size_t count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
   sky.light.resize(count);
   sky.solid_angles.resize(count);

@@ -11,9 +11,12 @@
 
 namespace noiseloom::render {
 
-// The upper half of an equirectangular image, y up, in at most 64 x 16 cells: column b and row a look along
-// (sin a cos b, cos a, sin a sin b). Radiance is scaled so that an open plane is of the brightness 0.8.
-inline constexpr std::int64_t most_cells_of_sky = 64 * 16;
+// The upper half of an equirectangular image, y up, in so many columns of cells and a quarter as many rows, or as many
+// as the image has texels: column b and row a look along (sin a cos b, cos a, sin a sin b). Radiance is scaled so that
+// an open plane is of the brightness 0.8.
+//
+// A sky that turns does so by whole cells, each of which is then where another one was: what a pixel sees of each is
+// the same in all frames.
 
 struct SkyLight {
   MassTable cells;                           // by their brightness times their solid angle
@@ -29,7 +32,13 @@ struct SkyLight {
            static_cast<std::size_t>(cell.x);
   }
   Texel cell_of(Vector direction) const;
+  // Where the cell is when the sky has turned by so many columns, of any sign; and which cell is there then.
+  Texel turned(Texel cell, std::int64_t columns) const;
 };
+
+// No more than so many: an image may have fewer.
+std::int64_t most_columns(const SkySpec& spec);
+std::int64_t most_cells(const SkySpec& spec);
 
 SkyLight make_sky(const SkySpec& spec);
 

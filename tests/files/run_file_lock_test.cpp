@@ -190,6 +190,24 @@ class LockOfAnotherMachine : public testing::Test {
   std::string said_;
 };
 
+TEST_F(LockOfAnotherMachine, IsRemovedByWhoeverSawItSilentForLongEnough) {
+  LockTiming timing;
+  timing.silence = 50ms;
+  for (const bool beats : {false, true}) {
+    leave(record_of_another_machine());
+    age(3600s);
+    LockWatch watch(path_, timing);
+    watch.remove_if_dead();  // its clock may have jumped
+    EXPECT_TRUE(watch.is_held());
+    std::this_thread::sleep_for(60ms);
+    if (beats) std::filesystem::last_write_time(lock_path_, std::filesystem::file_time_type::clock::now());
+    LockWatch(path_, timing).remove_if_dead();  // has seen nothing yet
+    EXPECT_EQ(folder_.names().size(), 1U);
+    watch.remove_if_dead();
+    EXPECT_EQ(folder_.names().size(), beats ? 1U : 0U);
+  }
+}
+
 TEST_F(LockOfAnotherMachine, LongSilentIsTakenAfterABeat) {
   leave(record_of_another_machine());
   age(3600s);

@@ -166,6 +166,9 @@ class Bank(ProgramTest):
                 ('base = "base.toml"\n[vary]\n"texture.seed" = "3:1"\n"texture.sede" = [1]\n', "bank.toml:3", '"3:1"'),
                 ('base = "base.toml"\n[vary]\n"texture.sede" = [1]\n"filter.groups[0].sigma" = [-1, 1.0]\n', "bank.toml:3", 'did you mean "seed"',
                  "bank.toml:4", "-1"),
+                ('base = "base.toml"\n[vary]\n"texture.seed" = [1, 2, 1]\n', "bank.toml:3", "vary.\"texture.seed\"", "twice"),
+                ('base = "base.toml"\ncombine = "side-by-side"\n[vary]\n"texture.seed" = [1, 2, 1]\n"filter.groups[0].sigma" = [1.0, 2.0, 1.0]\n',
+                 "bank.toml:4", "values 1 and 3", "twice"),
                 ('base = "base.toml"\ncombine = "zip"\n[vary]\n"texture.seed" = [1, 1]\n', "side-by-side", "twice"),
                 ('base = "base.toml"\ncombine = "side-by-side"\n[vary]\n"texture.seed" = [1]\n"filter.groups[0].sigma" = [1.0, 2.0]\n',
                  "same number"),
@@ -209,9 +212,28 @@ class Bank(ProgramTest):
         with open(self.folder / "made" / ".at-work-0.lock", "w") as held:
             fcntl.flock(held, fcntl.LOCK_EX)
             before = self.contents()
-            self.assertIn("made: another run is writing it", self.bank("--overwrite", expect=2).stderr)
+            self.assertIn("another run is writing it", self.bank("--overwrite", expect=2).stderr)
             self.assertEqual(self.contents(), before)
         self.bank("--overwrite", "--quiet")
+
+    def test_two_banks_are_not_made_in_one_folder_at_a_time(self):
+        """Each would take the other's index and saves for its own."""
+        self.write("bank.toml", SEEDS % 2)
+        long = ("--set", "optimizer.stop.iterations=2000000")
+        process = subprocess.Popen(self.command("bank", "bank.toml", "-o", "made", "--quiet", "--threads", "1", *long), cwd=self.folder)
+        while not list((self.folder / "made").glob("seed*.lock")):
+            self.assertIsNone(process.poll())
+            time.sleep(0.02)
+        before = self.contents()
+        self.write("more.toml", SEEDS % 3)
+        done = self.run_program("bank", "more.toml", "-o", "made", "--resume", *long, expect=2)
+        self.assertIn("made: another bank is being made in this folder", done.stderr)
+        self.assertIn(f"process {process.pid} on ", done.stderr)
+        self.assertEqual(self.contents(), before)
+        self.bank("--resume", "--time-limit", "0.2s", "--threads", "1", *long, expect=75)  # the same one helps
+        process.kill()
+        process.wait()
+        self.run_program("bank", "more.toml", "-o", "made", "--resume", *long, "--time-limit", "0.2s", expect=75)
 
     def test_what_others_hold_is_not_done(self):
         self.write("bank.toml", SEEDS % 3)
@@ -320,10 +342,13 @@ class Bank(ProgramTest):
         self.bank("--quiet")
         locks = [self.folder / "made" / f"seed{seed}.h5.lock" for seed in (1, 2)]
         locks[0].write_text("process 1 on elsewhere\nmachine elsewhere\npid 1\nstarted 1\nnumber 12\n")
+        before_it = self.folder / "made" / ".at-work-0.lock"
+        before_it.write_text("")
         locks[1].write_text("")  # of this machine, as nobody has locked it
         before = locks[0].stat()
         self.bank("--resume", "--quiet")
         self.assertFalse(locks[1].exists())
+        self.assertFalse(before_it.exists())
         self.assertEqual((locks[0].stat().st_ino, locks[0].stat().st_mtime_ns), (before.st_ino, before.st_mtime_ns))
 
     def test_what_a_folder_holds_is_kept(self):

@@ -105,6 +105,15 @@ class Environment(ProgramTest):
                 self.run_program("generate", "run.toml", "-o", "out.h5", "--resume", "--quiet", *every[2:])
                 self.assertEqual(self.samples_checksum("out.h5"), self.expected)
 
+    def test_a_clock_that_jumps_by_a_year(self):
+        """In the middle of a run: neither its end nor what it saves go by the clock of the wall."""
+        for years in (1, -1):
+            done = self.generate("out.h5", "--overwrite", "--checkpoint-every", "0.005s", "--time-limit", "1h", "--progress", "plain",
+                                 environment=self.storage(FAIL_FROM=20, CLOCK_JUMP=years * 365 * 86400))
+            self.assertEqual([path.name for path in self.folder.glob("out.h5?*")], [])
+            self.assertLess(self.info("out.h5")["provenance"]["seconds_total"], 100)
+            self.assertLess(done.stderr.count("saved at"), 100)
+
     def test_a_quota_that_is_used_up(self):
         used_up = self.storage(FAIL_FROM=0, FAIL_TO=10**9, FAIL_ERRNO=errno.EDQUOT)
         self.assertIn("Disk quota exceeded", self.generate(environment=used_up, expect=1).stderr)
@@ -116,8 +125,8 @@ class Faults(unittest.TestCase):
         named = re.findall(r"`(\w+_test\.(?:py|cpp)) (\w+)`", (SOURCE / "tests/program/FAULTS.md").read_text())
         self.assertGreater(len(named), 40)
         for file, test in named:
-            folder = SOURCE / ("tests/program" if file.endswith(".py") else "tests/files")
-            self.assertRegex((folder / file).read_text(), rf"(def |, ){test}\(?", f"{file} {test}")
+            (path,) = (SOURCE / "tests").glob(f"*/{file}")
+            self.assertRegex(path.read_text(), rf"(def |, ){test}\(?", f"{file} {test}")
 
 
 if __name__ == "__main__":

@@ -58,6 +58,15 @@ class Kill(ProgramTest):
                 break
         self.assertGreater(killed, 40)
 
+    def test_asked_to_stop_at_any_operation_of_a_save(self):
+        for at in STOPS[::3]:
+            with self.subTest(at):
+                done = self.run_program("generate", self.config, "-o", f"{at}.h5", "--checkpoint-every", "0.001s", "--progress", "none", expect=75,
+                                        environment={"LD_PRELOAD": KILLER, "KILL_AT": str(at), "KILL_PART": self.folder.name,
+                                                     "KILL_SIGNAL": str(int(signal.SIGTERM))})
+                self.assertIn("stopped by SIGTERM", done.stdout + done.stderr)
+                self.resume(f"{at}.h5")
+
     def test_a_superseded_run_overwrites_nothing_wherever_it_was_stopped(self):
         """Suspended at an operation of its publishing, superseded by the next start of its job, then woken up."""
         output = "out.h5"

@@ -1,11 +1,13 @@
 """The recipes of tools/packaging, as far as they can be tried without their tools: names that they share with the build."""
 
 import re
-import types
+import shutil
+import subprocess
 import sys
+import types
 import unittest
 
-from support import SOURCE, main
+from support import BIN, SOURCE, main
 
 PACKAGING = SOURCE / "tools" / "packaging"
 
@@ -46,7 +48,8 @@ class Packaging(unittest.TestCase):
         exec(compile((repository / "packages/noiseloom/package.py").read_text(), "package.py", "exec"), names)
         arguments = names["Noiseloom"]().cmake_args()
         self.assertEqual([name for name in re.findall(r"-D(NOISELOOM_\w+)", " ".join(arguments)) if name not in options_of_the_build()], [])
-        for package in ("mpi", "hdf5@1.10:", "highway", "fmt", "xxhash", "fftw", "openimageio", "cli11", "random123", "tomlplusplus"):
+        for package in ("mpi", "hdf5@1.10:", "highway", "fmt", "xxhash", "fftw", "openimageio", "cli11", "random123", "tomlplusplus",
+                        "assimp", "embree@3:"):
             self.assertIn(package, said["depends_on"])
 
     def test_container_builds_with_the_packages_of_the_setup(self):
@@ -55,6 +58,26 @@ class Packaging(unittest.TestCase):
         setup = (SOURCE / "tools" / "setup").read_text().split()
         self.assertEqual([package for package in built_with if package not in setup], [])
         self.assertEqual([name for name in re.findall(r"-D(NOISELOOM_\w+)", text) if name not in options_of_the_build()], [])
+
+    @unittest.skipUnless(shutil.which("dpkg-query") and shutil.which("readelf"), "not a Debian")
+    def test_container_has_what_the_programs_link(self):
+        """Of this build, each library that they name, be it in a package of the list or in one that those need."""
+        text = (PACKAGING / "Containerfile").read_text()
+        listed = text.split("AS build")[1].split("install -y --no-install-recommends")[2].split("&&")[0].replace("\\", " ").split()
+        there = {"libc6", "libgcc-s1", "libstdc++6", "libopenmpi3"}  # of the base, and of openmpi-bin
+        files = [path for path in BIN.iterdir() if path.name in ("noiseloom", "noiseloom-study") or path.suffix == ".so" and path.name.startswith("noiseloom")]
+        self.assertGreaterEqual(len(files), 3)
+        needed = set()
+        for file in files:
+            needed.update(re.findall(r"NEEDED.*\[(.*?)\]", subprocess.run(["readelf", "-d", file], capture_output=True, text=True, check=True).stdout))
+        self.assertTrue(any(library.startswith("libhdf5") for library in needed))
+        found = subprocess.run(["dpkg-query", "-S", *(f"*/{library}" for library in needed)], capture_output=True, text=True).stdout
+        packages = {}  # of a library; none of one that is not Debian's
+        for line in found.splitlines():
+            package, path = line.split(": ", 1)
+            packages.setdefault(path.split("/")[-1], set()).add(package.split(":")[0])
+        missing = {library: names for library, names in packages.items() if not names & (there | set(listed))}
+        self.assertEqual(missing, {})
 
 
 if __name__ == "__main__":

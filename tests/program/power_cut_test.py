@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import sys
 
-from support import THOROUGH, ProgramTest, main
+from support import KILLER, THOROUGH, ProgramTest, main
 
 CONFIG = """
 [texture]
@@ -20,6 +20,8 @@ groups  = [ { axes = "xy", kernel = "gauss", sigma = 1.0 }, { axes = "t", kernel
 stop = { iterations = 30000 }
 """
 CUTS = 12
+# Operations on files of the first publishing and of the second: the last writes, and all that syncs and gives names.
+STEPS = (*range(28, 39), *range(74, 89))
 
 
 class Mount:
@@ -53,6 +55,32 @@ def make_image(path):
 
 
 class PowerCut(ProgramTest):
+    def test_before_and_after_each_step_of_publishing(self):
+        """After one step is before the next. The run is killed there and the image copied as it is: what the system has
+        not written yet is lost."""
+        config = self.write("run.toml", CONFIG.replace("30000", "600"))
+        self.run_program("generate", config, "-o", "straight.h5", "--quiet")
+        found = []
+        for step in STEPS:
+            image = self.folder / "disk.img"
+            make_image(image)
+            with Mount(image, self.folder / "disk") as disk:
+                done = self.run_program("generate", config, "-o", disk / "out.h5", "--checkpoint-every", "0.02s", "--progress", "plain",
+                                        environment={"LD_PRELOAD": KILLER, "KILL_AT": str(step), "KILL_PART": "out.h5"}, expect=None)
+                self.assertEqual(done.returncode, -9, f"{step}: the run has fewer steps")
+                shutil.copyfile(image, self.folder / "cut.img")
+            with Mount(self.folder / "cut.img", self.folder / "after") as after:
+                saved = [int(line.split()[3].rstrip(",")) for line in done.stderr.splitlines() if line.startswith("saved at iteration")]
+                there = (after / "out.h5").exists()
+                found.append(there)
+                if saved:
+                    self.assertTrue(there, f"{step}: {done.stderr}")
+                    self.assertGreaterEqual(self.info(after / "out.h5")["state"]["iterations"], saved[-1], step)
+                self.run_program("generate", config, "-o", after / "out.h5", "--resume", "--quiet")
+                self.assertEqual(self.samples_checksum(after / "out.h5"), self.samples_checksum("straight.h5"))
+                self.assertEqual([path.name for path in after.glob("out.h5?*")], [])
+        self.assertEqual(set(found), {False, True}, "the steps are no longer those of publishing")
+
     def test_what_was_saved_last_is_whole_wherever_the_power_goes(self):
         config = self.write("run.toml", CONFIG)
         self.run_program("generate", config, "-o", "straight.h5", "--quiet")

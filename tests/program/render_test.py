@@ -56,7 +56,7 @@ class RenderTest(support.ProgramTest):
                 self.assertEqual(set(one["counted"].values()), {0}, one["name"])
         self.assertEqual([one["name"] for one in plan["passes"] if not one["on"]],
                          ["picture", "density", "light", "columns", "flights", "mesh", "mesh shares", "primary hits", "edge weights",
-                          "kernel", "importance", "sky light", "predictions", "carrying", "moving hits", "seeds", "dither",
+                          "kernel", "importance", "sky light", "sky truths", "predictions", "carrying", "moving hits", "seeds", "dither",
                           "transparency", "free-flight", "ray-march", "ambient-occlusion", "soft-shadow", "sky",
                           "convolution", "sparse", "histories", "samples so far", "spectra", "pictures"])
         self.assertFalse((self.folder / "out/pictures").exists())

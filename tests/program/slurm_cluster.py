@@ -1,4 +1,4 @@
-"""A Slurm of three nodes on this machine, for tests: its daemons run in a folder of their own and end with it."""
+"""A Slurm of four nodes on this machine, for tests: its daemons run in a folder of their own and end with it."""
 
 import os
 import pathlib
@@ -13,7 +13,7 @@ import time
 from support import BIN
 
 COMMANDS = ("munged", "slurmctld", "slurmd", "sbatch", "srun", "scontrol", "scancel", "squeue", "sinfo")
-NODES = ("n1", "n2", "n3")  # jobs begin on the last one, where there is room
+NODES = ("n1", "n2", "n3", "n4")  # jobs begin on n3, where there is room, else on n4
 
 CONF = """
 ClusterName=snow
@@ -39,6 +39,7 @@ SlurmdTimeout=5
 MessageTimeout=3
 TCPTimeout=1
 KillWait=3
+MinJobAge=3600
 ReturnToService=2
 SlurmdParameters=config_overrides
 SchedulerParameters=sched_interval=1,bf_interval=1,batch_sched_delay=0,sched_min_interval=100000
@@ -46,10 +47,11 @@ JobCompType=jobcomp/none
 NodeName=n1 NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[1]} CPUs=8 Weight=10 State=UNKNOWN
 NodeName=n2 NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[2]} CPUs=8 Weight=10 State=UNKNOWN
 NodeName=n3 NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[3]} CPUs=8 Weight=1 State=UNKNOWN
+NodeName=n4 NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[4]} CPUs=8 Weight=2 State=UNKNOWN
 PreemptType=preempt/partition_prio
 PreemptMode=REQUEUE
-PartitionName=all Nodes=n1,n2,n3 Default=YES MaxTime=INFINITE State=UP PriorityTier=1 GraceTime=60
-PartitionName=urgent Nodes=n1,n2,n3 MaxTime=INFINITE State=UP PriorityTier=9 PreemptMode=OFF
+PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP PriorityTier=1 GraceTime=60
+PartitionName=urgent Nodes=ALL MaxTime=INFINITE State=UP PriorityTier=9 PreemptMode=OFF
 """
 
 
@@ -97,12 +99,13 @@ class Cluster:
         os.chmod(self.folder, 0o755)
         user = subprocess.run(["id", "-un"], capture_output=True, text=True, check=True).stdout.strip()
         conf = self.folder / "slurm.conf"
-        conf.write_text(CONF.format(host=socket.gethostname().split(".")[0], user=user, folder=self.folder, ports=free_ports(4)))
+        conf.write_text(CONF.format(host=socket.gethostname().split(".")[0], user=user, folder=self.folder, ports=free_ports(5)))
         # Both nodes are this machine, which need not reach itself by all of its addresses.
-        # Nor does it know of a job that the tests themselves may be part of.
+        # Nor does it know of a job that the tests themselves may be part of. What two starts of a job share on one machine,
+        # and not on two, is the memory of their ranks: it would have the same name.
         outside = {name: value for name, value in os.environ.items() if not name.startswith("SLURM_")}
         self.environment = {**outside, "SLURM_CONF": str(conf), "PATH": f"{BIN}:{os.environ['PATH']}:/usr/sbin:/sbin",
-                            "OMPI_MCA_btl_tcp_if_include": "lo", "OMPI_MCA_oob_tcp_if_include": "lo"}
+                            "OMPI_MCA_btl": "self,tcp", "OMPI_MCA_btl_tcp_if_include": "lo", "OMPI_MCA_oob_tcp_if_include": "lo"}
         try:
             self.start_daemons()
         except BaseException:
@@ -141,12 +144,20 @@ class Cluster:
 
     def kill_node(self, node):
         """The daemon of a node and what it started for jobs; the jobs' own processes go on, as if it were cut off."""
+        self.kill_daemon(node)
+        self.kill_steps(node)
+
+    def kill_daemon(self, node):
         daemon = self.daemons.pop(node)
         daemon.kill()
         daemon.wait()
-        for pid, command, variables in processes():
-            if command.startswith("slurmstepd") and self.stepd_node(pid) == node:
-                os.kill(pid, signal.SIGKILL)
+
+    def kill_steps(self, node):
+        """What the daemon of a node started for jobs, and what watches over their processes."""
+        steps = [pid for pid, command, _ in processes() if command.startswith("slurmstepd") and self.stepd_node(pid) == node]
+        for pid in steps:
+            os.kill(pid, signal.SIGKILL)
+        return len(steps)
 
     def stepd_node(self, pid):
         """The node of a slurmstepd, by the log that it has open."""
@@ -195,6 +206,9 @@ class Job:
                 if command == "noiseloom" and variables.get("SLURM_JOB_ID") == self.id
                 and variables.get("SLURM_CONF") == self.cluster.environment["SLURM_CONF"]}
 
+    def node_of(self, rank):
+        return next(variables["SLURMD_NODENAME"] for pid, _, variables in processes() if pid == rank)
+
     def hold(self, output):
         """Suspends all ranks as soon as something is saved; their process ids."""
         self.cluster.wait((self.folder / output).exists, f"{output}; {self.said()}", look_again=0.02)
@@ -216,6 +230,11 @@ class Job:
         self.cluster.wait(lambda: self.restarts() > 0 and self.state() != "COMPLETING", f"the requeue of {self.id}")
         if self.state() == "PENDING":
             self.cluster.run("scontrol", "update", f"JobId={self.id}", "StartTime=now+2")
+
+    def wait_for_requeue_or_end(self):
+        self.cluster.wait(lambda: self.restarts() > 0 or self.state() == "COMPLETED", f"the requeue or the end of {self.id}: {self.said()}")
+        if self.restarts() > 0:
+            self.wait_for_requeue()
 
     def wait_for_end(self):
         self.cluster.wait(lambda: self.state() not in ("PENDING", "RUNNING", "COMPLETING"), f"the end of {self.id}: {self.said()}")

@@ -1,4 +1,4 @@
-"""The job scripts under a real Slurm of three nodes: what its time limit, cancelling, lost ranks and lost nodes leave of a run.
+"""The job scripts under a real Slurm of four nodes: what its time limit, cancelling, lost ranks and lost nodes leave of a run.
 
 Skipped where Slurm is not installed (tools/setup --all installs it), and outside of tools/test --all, as it takes a minute."""
 
@@ -47,6 +47,9 @@ class SlurmCluster(ProgramTest):
         cls.cut_off = cls.submit_in(cls.new_folder(), *ONE_NODE)
         cls.cut_off.hold("out.h5")
         cls.cluster.kill_node("n3")
+        cls.headless = cls.submit_in(cls.new_folder(), "-x", "n3", *ONE_NODE)
+        cls.headless.hold("out.h5")
+        cls.cluster.kill_daemon("n4")
         cls.limited = cls.submit_in(cls.new_folder(), "-w", "n1", *ONE_NODE, "-t", "9", "--signal=B:USR1@539")
         cls.limited_ranks = cls.limited.hold("out.h5")
 
@@ -63,7 +66,7 @@ class SlurmCluster(ProgramTest):
         self.write("run.toml", CONFIG)
 
     def submit(self, *options, **variables):
-        return self.submit_in(self.folder, "-x", "n3", *options, **variables)
+        return self.submit_in(self.folder, "-x", "n3,n4", *options, **variables)
 
     @classmethod
     def submit_in(cls, folder, *options, **variables):
@@ -97,6 +100,15 @@ class SlurmCluster(ProgramTest):
         self.assertRegex(job.said(), r"rank 1 on \S+ \(process \d+\) has not been heard of")
         self.ends_well(job)
 
+    def test_a_step_whose_manager_is_killed(self):
+        """Nobody tells srun of the rank of that node any more. Where the rank gets to its end without, so does the job."""
+        job = self.submit(*TWO_NODES, WATCHDOG="2s", SLURM_WAIT="2")
+        ranks = job.hold("out.h5")
+        self.assertEqual(self.cluster.kill_steps(job.node_of(ranks[1])), 1)
+        job.send(ranks, signal.SIGCONT)
+        job.wait_for_requeue_or_end()
+        self.ends_well(job, job.restarts())
+
     def test_cancelled(self):
         job = self.submit(*TWO_NODES)
         job.hold("out.h5")
@@ -117,7 +129,7 @@ class SlurmCluster(ProgramTest):
     def test_an_array_of_jobs_shares_a_bank(self):
         self.write("bank.toml", 'base = "run.toml"\n[vary]\n"texture.seed" = "1:6"\n')
         self.write("run.toml", CONFIG.replace("12000", "200"))
-        job = Job(self.cluster, self.folder, SOURCE / "slurm" / "generate.sbatch", "-x", "n3", "--array=1-2", *TWO_NODES,
+        job = Job(self.cluster, self.folder, SOURCE / "slurm" / "generate.sbatch", "-x", "n3,n4", "--array=1-2", *TWO_NODES,
                   BANK="bank.toml", OUTPUT="made")
         self.assertEqual(job.wait_for_end(), "COMPLETED", job.said())
         self.run_program("bank", "bank.toml", "-o", "straight", "--quiet")
@@ -142,9 +154,15 @@ class SlurmCluster(ProgramTest):
         self.cluster.run("scontrol", "update", f"JobId={job.id}", "TimeLimit=20")
         self.ends_well(job)
 
+    def test_x_a_node_whose_daemon_is_killed(self):
+        self.lives_on_beside_its_successor(self.headless)
+
     def test_y_a_node_that_is_cut_off(self):
-        """Started again on the other node; the processes that live on change nothing of what it makes."""
-        self.folder, job = self.cut_off.folder, self.cut_off
+        self.lives_on_beside_its_successor(self.cut_off)
+
+    def lives_on_beside_its_successor(self, job):
+        """Started again on another node; the processes that live on change nothing of what it makes."""
+        self.folder = job.folder
         job.wait_for_requeue()
         self.ends_well(job)
         finished = (self.folder / "out.h5").read_bytes()

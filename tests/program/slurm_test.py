@@ -88,6 +88,12 @@ class Slurm(ProgramTest):
         self.assertEqual(self.job("1 1 0"), (0, 3, False))
         self.assertEqual(self.job("1"), (1, 4, False))
 
+    def test_a_step_that_is_killed_at_once_with_nothing_saved_is_tried_again(self):
+        """So ends one that finds the socket of a step of its number whose manager was killed."""
+        self.assertEqual(self.job("137 0"), (0, 2, False))
+        (self.folder / "out.h5").unlink()
+        self.assertEqual(self.job("137 save:137 0"), (0, 2, True))
+
     def test_a_launcher_that_says_done_is_not_believed_while_the_output_is_not(self):
         """srun ends with 0 where the node's daemon could not start the step at all."""
         for statuses, then in (("nothing 75", (0, 2, True)), ("nothing", (1, 4, False)), ("nothing 0", (0, 2, False))):
@@ -107,7 +113,7 @@ class Slurm(ProgramTest):
         self.write("out.h5", "finished\n")
         self.assertEqual(self.job("1"), (1, 4, False))
         self.assertEqual(self.job("nothing"), (1, 4, False))
-        self.assertEqual(self.job("137"), (0, 1, True))
+        self.assertEqual(self.job("137"), (0, 4, True))
         self.assertEqual(self.job("2"), (2, 1, False))
         self.assertEqual(self.job("1 nothing 0"), (0, 3, False))
         self.assertEqual(self.lines("out.h5"), ["finished"])
@@ -143,20 +149,20 @@ class Slurm(ProgramTest):
         for saved in ("made/seed7.h5", "made/seed8.h5", "made/index.csv"):  # within a member, a new one, far down the index
             for _ in range(2):
                 self.assertEqual(self.job("save:137", **bank, SAVED=saved, MAX_RESTARTS="0"), (0, 1, True), saved)
-        self.assertEqual(self.job("137", **bank, MAX_RESTARTS="0"), (137, 1, False))
+        self.assertEqual(self.job("137", **bank, MAX_RESTARTS="0"), (137, 4, False))
 
     def test_jobs_in_a_row_that_save_nothing_come_to_an_end(self):
-        for status in (137, 75):
+        for status, steps in ((137, 4), (75, 1)):
             for _ in range(3):
-                self.assertEqual(self.job(str(status), SLURM_RESTART_COUNT="30"), (0, 1, True))
-            self.assertEqual(self.job(str(status)), (status, 1, False))
+                self.assertEqual(self.job(str(status), SLURM_RESTART_COUNT="30"), (0, steps, True))
+            self.assertEqual(self.job(str(status)), (status, steps, False))
             self.assertEqual(list(self.folder.glob("*fruitless*")), [])
-        self.assertEqual(self.job("137", MAX_RESTARTS="0"), (137, 1, False))
+        self.assertEqual(self.job("137", MAX_RESTARTS="0"), (137, 4, False))
 
     def test_a_job_that_saves_something_ends_the_row(self):
         for status in ("137", "137", "save:137", "137", "75", "137"):
-            self.assertEqual(self.job(status), (0, 1, True))
-        self.assertEqual(self.job("137"), (137, 1, False))
+            self.assertEqual(self.job(status), (0, 4 if status == "137" else 1, True))
+        self.assertEqual(self.job("137"), (137, 4, False))
         self.job("137")
         self.assertEqual(self.job("0"), (0, 1, False))
         self.assertEqual(list(self.folder.glob("*fruitless*")), [])
@@ -172,7 +178,7 @@ class Slurm(ProgramTest):
         """The job has begun again elsewhere, and would be queued again under its own hands."""
         for statuses, steps in (("1 0", 1), ("137", 1), ("75", 1)):
             self.assertEqual(self.job(statuses, RESTARTS="1"), (75, steps, False))
-        self.assertEqual(self.job("137", RESTARTS="1", SLURM_RESTART_COUNT="1"), (0, 1, True))
+        self.assertEqual(self.job("137", RESTARTS="1", SLURM_RESTART_COUNT="1"), (0, 4, True))
 
     def test_the_warning_of_the_time_limit_is_passed_on(self):
         process = self.start("signal")

@@ -93,6 +93,40 @@ TEST(Sky, EstimatesAreUnbiased) {
   expect_unbiased_mean("[effects.sky]\n", "kind = \"white\"\nimportance = false");
 }
 
+// The first frame is that of a sky that stands; in the fifth it has turned around; between them the error of a mean
+// over frames falls as that of independent estimates, which none does that is off.
+TEST(Sky, TurnsByCellsAndStaysUnbiased) {
+  const auto scene = [](const char* sky) {
+    return std::string(
+               "[image]\nwidth = 24\nheight = 20\nframes = 49\noutputs = [\"curves\", \"images\"]\n[[noise]]\nkind = "
+               "\"white\"\n[[noise]]\nname = \"even\"\nkind = \"white\"\nimportance = false\n[effects.sky]\n") +
+           sky + "[filter.time]\nkernels = [\"mc\"]\n";
+  };
+  const Result still = rendered(scene(""));
+  for (const char* const turn : {"turn = 16\n", "turn = -16\n"}) {
+    const Result turning = rendered(scene(turn));
+    for (std::size_t noise = 0; noise < 2; ++noise) {
+      EXPECT_EQ(turning.rmse(0, noise, 0, 0).mean, still.rmse(0, noise, 0, 0).mean);
+      double squares = 0;
+      for (int frame = 0; frame < 49; ++frame) squares += turning.square(0, noise, 0, 0, frame) / 49;
+      EXPECT_NEAR(std::sqrt(turning.square(0, noise, 0, 1, 48) / squares), 1.0 / 7, 0.1 / 7);
+    }
+    for (std::size_t i = 0; i < still.truths[0].values.size(); ++i)  // of frame 49
+      ASSERT_NEAR(turning.truths[0].values[i], still.truths[0].values[i], 1e-5F);
+  }
+}
+
+TEST(Sky, HasAsManyCellsAsAreAskedFor) {
+  const SkyLight few = make_sky({.on = true, .file = "", .columns = 16});
+  EXPECT_EQ(few.cells.width(), 16);
+  EXPECT_EQ(few.cells.height(), 4);
+  const SkyLight all = make_sky({.on = true, .file = "", .columns = 512});
+  EXPECT_EQ(all.cells.width(), 64);
+  EXPECT_EQ(most_cells({.on = true, .file = "", .columns = 512}), 64 * 16);
+  EXPECT_EQ(all.turned({63, 3}, 1).x, 0);
+  EXPECT_EQ(all.turned({0, 3}, -129).x, 63);
+}
+
 TEST(Sky, LightsAnOpenPlaneWithItsBrightness) {
   const SkyLight sky = make_sky({});
   double brightness = 0;

@@ -193,6 +193,30 @@ TEST(Metrics, DeviationLeavesOutTheMean) {
   EXPECT_NEAR(result.value(Metric::deviation, 0, 0, 0, 0).mean, 0, 1e-7);
 }
 
+TEST(Metrics, OneWrongPixelMovesTheLargestErrorAlone) {
+  Image difference = make_image(20, 15, 2);
+  for (int i = 0; i < 300; ++i) {
+    const int place = i * 7 % 300;
+    difference.values[static_cast<std::size_t>(place)] = static_cast<float>(i % 2 == 0 ? i : -i);
+  }
+  const auto quantiles = quantiles_of_error(difference);
+  EXPECT_NEAR(quantiles[0], 149 / std::sqrt(2.0), 1e-4);
+  EXPECT_NEAR(quantiles[1], 297 / std::sqrt(2.0), 1e-4);
+  EXPECT_NEAR(quantiles[2], 299 / std::sqrt(2.0), 1e-4);
+  difference.values[299 * 7 % 300] = 1e6F;
+  const auto with_firefly = quantiles_of_error(difference);
+  EXPECT_EQ(with_firefly[0], quantiles[0]);
+  EXPECT_EQ(with_firefly[1], quantiles[1]);
+  EXPECT_NEAR(with_firefly[2], 1e6 / std::sqrt(2.0), 1);
+  EXPECT_EQ(quantiles_of_error(make_image(1, 1, 3)), (std::array<double, 3>{}));
+  const Result result = rendered(
+      "[image]\nwidth = 40\nheight = 30\nframes = 1\nmetrics = [\"quantiles\"]\n[[noise]]\nkind = "
+      "\"white\"\n[effects.integrand]\n");
+  EXPECT_NEAR(result.value(Metric::median, 0, 0, 0, 0).mean, 0.25, 0.02);  // of what is even from -1/2 to 1/2
+  EXPECT_NEAR(result.value(Metric::p99, 0, 0, 0, 0).mean, 0.495, 0.005);
+  EXPECT_NEAR(result.value(Metric::largest, 0, 0, 0, 0).mean, 0.5, 0.002);
+}
+
 TEST(Metrics, AnExpectationNamesOneThatIsMeasured) {
   EXPECT_ANY_THROW(scene_of(identity + "[[expect]]\norder = \"ign < white\"\nmetric = \"unseen\"\n"));
   EXPECT_NO_THROW(scene_of(identity + "[[expect]]\norder = \"ign < white\"\nmetric = \"low\"\n"));

@@ -18,7 +18,7 @@ height = 9
 frames = 4
 repeats = 2
 outputs = ["curves", "images", "predictions", "spectra"]
-metrics = ["deviation", "ssim", "bands", "unseen", "pattern"]
+metrics = ["deviation", "ssim", "bands", "unseen", "quantiles", "pattern"]
 [[noise]]
 kind = "white"
 [[noise]]
@@ -40,6 +40,7 @@ staggered = true
 samples = 2
 [effects.soft-shadow]
 [effects.sky]
+turn = 5
 [effects.convolution]
 size = 5
 [effects.sparse]
@@ -117,7 +118,7 @@ TEST(Passes, ASceneWithEveryEffectDoesWhatItsPlanSays) {
   EXPECT_EQ(count_of(pass_of(result, "transparency").counted, Work::texture_values), pixels * 3);
   EXPECT_EQ(count_of(pass_of(result, "integrand").counted, Work::estimates), pixels * 3);
   EXPECT_EQ(count_of(pass_of(result, "filter over space").counted, Work::taps),
-            pixels * 3 * 3 * (1 + 3 + 3 + 1 + 1 + 1 + 1 + 3 + 3 + 1) * (6 + 9));
+            pixels * 3 * 3 * (1 + 3 + 3 + 1 + 1 + 1 + 1 + 2 * 3 + 3 + 1) * (6 + 9));
   EXPECT_EQ(count_of(pass_of(result, "filter over space").counted, Work::guided_taps),
             pixels * 3 * 3 * 10 * 2 * (25 + 9));
 }

@@ -2,12 +2,15 @@
 // name contains a given part. KILL_AT = k counts from 1; KILL_PART = part of the name. With KILL_SIGNAL = n it gets
 // that signal instead (SIGSTOP suspends it there). With COUNT_FILE set, the number of operations is written there at
 // exit. With FAIL_FROM = j and FAIL_TO = k the operations j to k fail with the error FAIL_ERRNO, as those of a network
-// file system do whose server was started anew; with SLOW_MS = n each takes so many milliseconds longer.
+// file system do whose server was started anew; with SLOW_MS = n each takes so many milliseconds longer. With
+// CLOCK_JUMP = n the clock of the wall, and no other, is n seconds off from the operation FAIL_FROM on, which then does
+// not fail.
 
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -42,7 +45,7 @@ bool fails(const char* path) {
   if (at != nullptr && number == std::atol(at)) kill(getpid(), instead != nullptr ? std::atoi(instead) : SIGKILL);
   if (const long milliseconds = number_in("SLOW_MS"); milliseconds > 0)
     usleep(static_cast<useconds_t>(1000 * milliseconds));
-  if (number < number_in("FAIL_FROM") || number > number_in("FAIL_TO")) return false;
+  if (number < number_in("FAIL_FROM") || number > number_in("FAIL_TO") || number_in("CLOCK_JUMP") != 0) return false;
   errno = static_cast<int>(number_in("FAIL_ERRNO"));
   return true;
 }
@@ -52,6 +55,8 @@ bool fails_fd(int fd) {
   const std::string link = "/proc/self/fd/" + std::to_string(fd);
   return readlink(link.c_str(), path, sizeof(path) - 1) > 0 && fails(path);
 }
+
+long clock_is_off() { return operations >= number_in("FAIL_FROM") ? number_in("CLOCK_JUMP") : 0; }
 
 struct AtExit {
   ~AtExit() {
@@ -67,6 +72,17 @@ struct AtExit {
 }  // namespace
 
 extern "C" {
+
+int clock_gettime(clockid_t clock, struct timespec* now) noexcept {
+  const int result = next<int(clockid_t, struct timespec*)>("clock_gettime")(clock, now);
+  if (clock == CLOCK_REALTIME) now->tv_sec += clock_is_off();
+  return result;
+}
+time_t time(time_t* now) noexcept {
+  const time_t jumped = next<time_t(time_t*)>("time")(now) + clock_is_off();
+  if (now != nullptr) *now = jumped;
+  return jumped;
+}
 
 ssize_t pwrite(int fd, const void* data, size_t size, off_t offset) {
   if (fails_fd(fd)) return -1;

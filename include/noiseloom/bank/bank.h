@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <list>
 #include <memory>
 #include <string>
 #include <utility>
@@ -48,11 +49,26 @@ struct BankRequest {
   WatchSettings watch;
 };
 
-// Makes the folder ready before anybody works on it; what it returns tells others that somebody does, for as long as it
-// lives. Throws UserError where the folder holds a bank and neither `resume` nor `overwrite` is set, or one of other
-// settings. With `overwrite` the members that it holds are removed; UserError, and nothing is removed, where another
-// command works on them.
-std::unique_ptr<RunLock> prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool overwrite);
+// Tells others that a command works on a folder, for as long as it lives. When it ends, the locks of commands on other
+// machines that were not heard of all that time are removed.
+class AtWork {
+ public:
+  // `watched`: the outputs whose locks were left.
+  AtWork(std::unique_ptr<RunLock> lock, const std::vector<std::string>& watched);
+  ~AtWork();
+  AtWork(const AtWork&) = delete;
+  AtWork& operator=(const AtWork&) = delete;
+
+ private:
+  std::unique_ptr<RunLock> lock_;
+  std::list<LockWatch> left_;
+};
+
+// Makes the folder ready before anybody works on it. Throws UserError where the folder holds a bank and neither
+// `resume` nor `overwrite` is set, or one of other settings, or where a command makes another bank in it: its index and
+// its saves would be taken for this one's. With `overwrite` the members that it holds are removed; UserError, and
+// nothing is removed, where another command works on them.
+std::unique_ptr<AtWork> prepare_bank(const Bank& bank, const std::string& folder, bool resume, bool overwrite);
 
 // Writes the index anew, with all members in order.
 void write_index(const Bank& bank, const std::string& folder);

@@ -65,10 +65,6 @@ class RunLock {
   std::unique_ptr<Impl> impl_;
 };
 
-// Removes the lock file of `path` where its holder is known at once to be dead: a process of this machine. One that
-// only its heartbeat can tell of stays as it is.
-void remove_dead_lock(const std::string& path);
-
 // Tells somebody who only looks on whether anybody works on an output. Takes nothing from a run that begins meanwhile
 // as long as the holder can be seen to live.
 class LockWatch {
@@ -78,6 +74,8 @@ class LockWatch {
   // Never waits. A holder on another machine counts as alive until its heartbeat has not been seen for
   // LockTiming::silence, from the first call on.
   bool is_held();
+  // Removes a lock file that nobody holds. Never waits: of a holder on another machine it believes what is_held() saw.
+  void remove_if_dead();
 
  private:
   struct Impl;

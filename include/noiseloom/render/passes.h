@@ -35,6 +35,7 @@ enum class Data : std::uint8_t {
   kernel,
   importance,
   sky,
+  sky_truths,
   carrying,
   seeds,
   truth,
@@ -47,7 +48,7 @@ enum class Data : std::uint8_t {
   pictures,
   predictions
 };
-inline constexpr int num_data = 25;
+inline constexpr int num_data = 26;
 std::string_view name_of(Data data);
 
 class DataSet {

@@ -143,6 +143,10 @@ struct SparseSpec {
 struct SkySpec {
   bool on = false;
   std::string file = {};  // empty: a sun in a sky that grows paler toward the horizon
+  // Of cells around the horizon, a quarter as many above each other: under a sky with a sun of two degrees the truth is
+  // then 0.016 (rms) from that of 512 columns, twice as far with half as many, and 99 % of its values within 0.008.
+  int columns = 128;
+  int turn = 0;  // cells by which it turns in a frame
 };
 
 // Pixels of the picture in a frame, to the right and downward. Where they are whole, what has been seen is found again
@@ -187,8 +191,8 @@ struct SpaceFilterSpec {
 };
 
 // What is measured of a picture against its truth. The first is measured always.
-enum class Metric { rmse, deviation, ssim, low, middle, high, unseen, pattern, flip };
-inline constexpr int num_metrics = 9;
+enum class Metric { rmse, deviation, ssim, low, middle, high, unseen, pattern, flip, median, p99, largest };
+inline constexpr int num_metrics = 12;
 
 struct ExpectSpec {
   std::string order = {};  // "fast < stbn < white", "blue-2d = white"
@@ -258,7 +262,7 @@ bool truth_changes_with_frame(const Scene& scene, Effect effect);
 std::string name_of(Metric metric);
 // Of its square a mean is taken over repeats, and the root of that shown.
 bool is_root(Metric metric);
-// In order, rmse first: "bands" stands for three.
+// In order, rmse first: "bands" and "quantiles" stand for three each.
 std::vector<Metric> metrics_of(const Scene& scene);
 
 // What an error is measured after: a filter over time ("frame" is none), then one over space ("none", or its name).

@@ -17,6 +17,7 @@ class Noiseloom(CMakePackage):
     license("BSD-3-Clause")
 
     variant("images", default=True, description="Images, spectra and reports too, not the making of textures alone")
+    variant("meshes", default=False, when="+images", description="Meshes in the scenes of rendering tests")
 
     depends_on("c", type="build")
     depends_on("cxx", type="build")
@@ -33,6 +34,8 @@ class Noiseloom(CMakePackage):
     depends_on("xxhash")
     depends_on("fftw", when="+images")
     depends_on("openimageio", when="+images")
+    depends_on("assimp", when="+meshes")
+    depends_on("embree@3:", when="+meshes")
 
     generator("ninja")
 
