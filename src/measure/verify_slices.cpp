@@ -156,7 +156,7 @@ void check_order(const Subject& subject, Verification& found) {
 void check_gaps(const Subject& subject, Verification& found) {
   std::vector<SliceIndex> gaps = gaps_behind(subject.texture);
   if (gaps.empty()) return;
-  const SliceIndex last = subject.texture.extents.num_slices() - 1;
+  const SliceIndex last(subject.texture.extents.num_slices() - 1);
   const bool at_end = gaps.back() == last;
   if (at_end) gaps.pop_back();
   if (at_end && gaps.empty()) {
