@@ -112,7 +112,7 @@ std::vector<std::vector<Bands>> coherences(SpectrumMaker& maker, std::size_t sli
   std::vector<std::vector<Bands>> all(most, std::vector<Bands>(slices));
   std::deque<SliceSpectrum> last;  // the newest in front
   for (std::size_t s = 0; s < slices + most; ++s) {
-    SliceSpectrum spectrum = maker.of(static_cast<SliceIndex>(s % slices));
+    SliceSpectrum spectrum = maker.of(SliceIndex(s % slices));
     for (std::size_t l = 1; l <= last.size(); ++l) {
       if (s >= l && s - l < slices) all[l - 1][s - l] = maker.coherence(last[l - 1], spectrum);
     }
@@ -158,10 +158,10 @@ GapSigns signs_of_gaps(const Texture& texture, std::size_t most) {
 }  // namespace
 
 std::vector<SliceIndex> gaps_behind(const Texture& texture) {
-  const SliceIndex slices = texture.extents.num_slices();
-  constexpr SliceIndex fewest = 8;
+  const std::int32_t slices = texture.extents.num_slices();
+  constexpr std::int32_t fewest = 8;
   if (texture.extents.num_axes() != 3 || slices < fewest) return {};
-  const auto most = static_cast<std::size_t>(std::min<SliceIndex>(3, slices / 2 - 2));
+  const auto most = static_cast<std::size_t>(std::min<std::int32_t>(3, slices / 2 - 2));
   const GapSigns signs = signs_of_gaps(texture, most);
   std::vector<double> sizes;
   for (const double z : signs.z) sizes.push_back(std::abs(z));
@@ -170,13 +170,13 @@ std::vector<SliceIndex> gaps_behind(const Texture& texture) {
   constexpr double certain = 6;
   const double bound = std::max(certain * deviation, signs.expected / 2);
   std::vector<SliceIndex> gaps;
-  for (SliceIndex g = 0; g < slices; ++g) {
-    const auto z = [&](SliceIndex at) { return signs.z[static_cast<std::size_t>((at + slices) % slices)]; };
+  for (std::int32_t g = 0; g < slices; ++g) {
+    const auto z = [&](std::int32_t at) { return signs.z[static_cast<std::size_t>((at + slices) % slices)]; };
     bool is_peak = z(g) > bound;
-    for (SliceIndex d = 1; d <= static_cast<SliceIndex>(most) && is_peak; ++d) {
+    for (std::int32_t d = 1; d <= static_cast<std::int32_t>(most) && is_peak; ++d) {
       is_peak = z(g) >= z(g - d) && z(g) >= z(g + d);
     }
-    if (is_peak) gaps.push_back(g);
+    if (is_peak) gaps.emplace_back(g);
   }
   return gaps;
 }

@@ -124,7 +124,7 @@ std::map<SliceIndex, std::vector<std::uint32_t>> ConstructJob::places() const {
   const HaloPlan needed = slices_that_count(overlap_, distribution);
   HaloExchange exchange(*communicator_, needed, distribution);
   std::map<SliceIndex, std::vector<std::uint32_t>> all;
-  for (SliceIndex slice = 0; slice < config_.problem.extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : config_.problem.extents.slices()) {
     std::vector<SliceSwaps> told;
     if (distribution.owns(slice)) {
       all[slice] = run_->places(slice);

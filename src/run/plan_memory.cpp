@@ -142,8 +142,8 @@ PlanMemory construct_memory(const Extents& extents, const FilterOutline& overlap
   // The mean distance: all samples in double and the list of a slice, or blocks of them.
   const double sorted =
       samples <= 0x1p26 && rank.rank == Rank(0) ? 8 * samples + 4 * cells : 12 * std::min(samples, 0x1p20);
-  // R: the places of all slices that count for a rank, and their samples.
-  memory.at_score = std::max(2 * held * 4 * cells, sorted);
+  // R: the places of all slices that count for a rank, and their samples; those of one slice twice more on their way.
+  memory.at_score = std::max((2 * held + 2) * 4 * cells, sorted);
   // A node of a tree for every tap, while rows are cut.
   memory.at_start = tap_bytes_while_built * as_double(overlap.num_taps);
   memory.at_save = 12 * cells;

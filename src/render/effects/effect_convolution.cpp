@@ -84,7 +84,7 @@ void check_points(const Noise& noise, const MassTable& masses) {
   const auto cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
   double mean_x = 0;
   double mean_y = 0;
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
+  for (const SliceIndex s : texture.extents.slices())
     for (std::size_t i = 0; i < cells; ++i) {
       const Texel texel =
           texel_of(static_cast<double>(texture.slice(s)[i]), static_cast<double>(texture.slice(s)[cells + i]), false,

@@ -311,8 +311,7 @@ void stack(Job& job) {
   std::vector<Texture>& stacks = job.stacks.get(Data::stacks, job.pass);
   for (std::size_t time = 0; time < times; ++time) {
     const Image difference = difference_of(job, time * (1 + scene.space.size()));
-    std::copy(difference.values.begin(), difference.values.end(),
-              stacks[time].slice(static_cast<SliceIndex>(job.frame)));
+    std::copy(difference.values.begin(), difference.values.end(), stacks[time].slice(SliceIndex(job.frame)));
   }
   if (job.frame != scene.frames - 1) return;
   for (std::size_t time = 0; time < times; ++time) {

@@ -195,7 +195,7 @@ MaskPlace mask_place(const Noise& noise, const Move& move, std::int64_t frame) {
       .width = noise.extents.width(), .height = noise.extents.height(), .num_slices = noise.extents.num_slices()};
   const TextureRead::Place place = read.place(frame, 0);
   return {(move.x + place.dx) % read.width, (move.y + place.dy) % read.height,
-          (place.slice + move.t) % read.num_slices};
+          (place.slice.value() + move.t) % read.num_slices};
 }
 
 Move move_of_repeat(std::uint64_t seed, int repeat) {

@@ -97,7 +97,7 @@ void NoiseReader::read_texture(int y, std::int64_t frame) {
   const std::size_t cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
   for (int value = 0; value < values_; ++value) {
     const TextureRead::Place place = read_.place(frame, value);
-    const auto slice = static_cast<SliceIndex>((place.slice + move_.t) % read_.num_slices);
+    const auto slice = SliceIndex((place.slice.value() + move_.t) % read_.num_slices);
     const std::int64_t row = (y + move_.y + place.dy) % read_.height;
     const std::int64_t column = (move_.x + place.dx) % read_.width;
     for (int c = 0; c < channels_; ++c) {

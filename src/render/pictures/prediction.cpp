@@ -20,7 +20,7 @@ KernelSpec kernel_of(const SpaceFilterSpec& filter) {
   return kernel;
 }
 
-KernelSpec kernel_of(const std::string& time, const Scene& scene, SliceIndex slices) {
+KernelSpec kernel_of(const std::string& time, const Scene& scene, std::int32_t slices) {
   KernelSpec kernel;
   kernel.kind = time == "mc" ? KernelKind::box : KernelKind::ema;
   kernel.size = static_cast<int>(std::min<std::int64_t>(scene.frames, slices));

@@ -15,11 +15,11 @@ std::size_t band_of(double frequency) {
 }
 
 Texture later_half_of(const Texture& errors) {
-  const SliceIndex slices = errors.extents.num_slices();
-  const SliceIndex first = slices / 2;
+  const std::int32_t slices = errors.extents.num_slices();
+  const std::int32_t first = slices / 2;
   Texture half =
       make_texture(Extents({errors.extents.width(), errors.extents.height(), slices - first}), errors.channels);
-  std::copy(errors.slice(first), errors.values.data() + errors.values.size(), half.values.data());
+  std::copy(errors.slice(SliceIndex(first)), errors.values.data() + errors.values.size(), half.values.data());
   return half;
 }
 
@@ -30,7 +30,7 @@ double variance_of_errors(const Texture& errors) {
   for (int c = 0; c < errors.channels; ++c) {
     double sum = 0;
     double squares = 0;
-    for (SliceIndex s = 0; s < errors.extents.num_slices(); ++s) {
+    for (const SliceIndex s : errors.extents.slices()) {
       const float* const plane = errors.slice(s) + static_cast<std::size_t>(c) * cells;
       for (std::size_t i = 0; i < cells; ++i) {
         const double value = static_cast<double>(plane[i]);

@@ -137,7 +137,7 @@ void check_directions(const Noise& noise, const SkyLight& sky) {
   const auto pixels = static_cast<std::size_t>(texture.extents.cells_per_slice());
   const double samples = static_cast<double>(texture.extents.num_cells());
   std::vector<double> shares(sky.directions.size());
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s) {
+  for (const SliceIndex s : texture.extents.slices()) {
     const float* const slice = texture.slice(s);
     for (std::size_t i = 0; i < pixels; ++i) {
       const Vector direction{static_cast<double>(slice[i]), static_cast<double>(slice[pixels + i]),
