@@ -55,7 +55,7 @@ Extents read_extents(const hdf5::Location& at) {
   std::vector<std::string> names;
   for (std::string name; axes >> name;) names.push_back(name);
   const auto limit = [&](std::size_t axis) {  // so that cells and slices can be counted
-    return axis < 2 ? std::int64_t{1} << 31 : std::int64_t{std::numeric_limits<SliceIndex>::max()};
+    return axis < 2 ? std::int64_t{1} << 31 : std::int64_t{std::numeric_limits<std::int32_t>::max()};
   };
   bool possible = sizes.size() >= 2 && sizes.size() <= Extents::max_axes && sizes.size() == names.size() &&
                   std::set(names.begin(), names.end()).size() == names.size();

@@ -194,9 +194,11 @@ void check_against(const SwapOptimizer& engine, const SwapState& state, const St
   }
   for (const HistoryRow& row : state.history) {
     const auto sweep = static_cast<std::int64_t>(row.sweep);
-    faults.require(row.iterations == static_cast<double>(iterations_at(sweep)),
-                   fmt::format("/history: {} iterations after {} sweeps, must be {}", row.iterations, sweep,
-                               iterations_at(sweep)));
+    const auto most = static_cast<double>(iterations_at(sweep));
+    // A sweep that the clock cut short counts as one and made fewer iterations.
+    const bool may_be_short = row.iterations > static_cast<double>(iterations_at(sweep - 1)) && row.iterations < most;
+    faults.require(row.iterations == most || (sweep > 0 && may_be_short),
+                   fmt::format("/history: {} iterations after {} sweeps, must be {}", row.iterations, sweep, most));
   }
   faults.throw_if_any();
 }

@@ -113,6 +113,26 @@ TEST(SwapCheckpoint, GoesOnFromEveryStepOfASweep) {
   }
 }
 
+// The clock may end a run between two steps of a sweep, which then has made fewer iterations than a whole one.
+TEST(SwapCheckpoint, OfARunThatTheClockEndedWithinASweepIsReadBack) {
+  const Communicator world = Communicator::world();
+  const SharedFolder folder(world);
+  const RunConfig config = swap_config_of({"optimizer.stop={time=\"10s\"}"});
+  SwapRun run(config, world);
+  run.engine.start();
+  ASSERT_GT(run.engine.num_classes(), 2);
+  while (run.engine.sweep() < 2) run.engine.step(1);
+  run.engine.step(1);
+  run.engine.step(20);
+  ASSERT_EQ(run.engine.finished_by(), ended::by_time);
+  ASSERT_LT(run.engine.iterations(), 3 * run.engine.iterations_per_sweep());
+  run.save(folder / "run.h5");
+  SwapRun again(config, world);
+  again.restore(folder / "run.h5");
+  EXPECT_TRUE(again.engine.finished());
+  EXPECT_EQ(again.engine.iterations(), run.engine.iterations());
+}
+
 TEST(SwapCheckpoint, RefusesContentsThatNoRunHasOnEveryRank) {
   const Communicator world = Communicator::world();
   const SharedFolder folder(world);
