@@ -28,7 +28,7 @@ class HeldSlices {
   const Distribution& distribution() const { return distribution_; }
   const HaloPlan& halo() const { return halo_; }
   const HaloExchange& exchange() const { return exchange_; }
-  SliceIndex num_own() const { return distribution_.num_own(); }
+  std::int32_t num_own() const { return distribution_.num_own(); }
   bool owns(SliceIndex slice) const { return distribution_.owns(slice); }
   // Whether another rank holds a copy of an own slice.
   bool is_copied(SliceIndex slice) const { return !halo_.listeners(slice).empty(); }

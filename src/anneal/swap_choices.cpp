@@ -1,7 +1,6 @@
 #include "noiseloom/anneal/swap_choices.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "anneal/sieve.h"
 #include "noiseloom/anneal/schedule.h"
@@ -72,9 +71,8 @@ PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile, doubl
 
 std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint& footprint) {
   if (method == Method::anneal) return colour_classes(footprint);
-  std::vector<SliceIndex> all(static_cast<std::size_t>(footprint.extents().num_slices()));
-  std::iota(all.begin(), all.end(), 0);
-  return {all};
+  const IndexRange<SliceIndex> all = footprint.extents().slices();
+  return {std::vector<SliceIndex>(all.begin(), all.end())};
 }
 
 // Strata are runs of the ids of a whole slice.
@@ -113,7 +111,7 @@ std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer
   if (count == 0 || !wants_features(optimizer, footprint.factors().has_value(), footprint.num_taps(), own_taps)) {
     return std::nullopt;
   }
-  return FeatureMap(kernel, count, source.list(0));
+  return FeatureMap(kernel, count, source.list(SliceIndex(0)));
 }
 
 int num_features(const OptimizerSpec& optimizer, double fraction, bool many) {
@@ -167,7 +165,7 @@ std::optional<FeatureMap> features_of_sieve(const OptimizerSpec& optimizer, cons
                                             const ValueKernel& kernel, const SampleSource& source) {
   const auto own_taps = std::ssize(footprint.slices()[0].taps);
   if (!wants_sieve(optimizer, kernel, Sieve::serves(footprint), own_taps)) return std::nullopt;
-  return FeatureMap(kernel, optimizer.sieve_features, source.list(0));
+  return FeatureMap(kernel, optimizer.sieve_features, source.list(SliceIndex(0)));
 }
 
 double iterations_per_score(DistanceKind kind, std::int64_t scored_taps, bool in_float, std::int64_t judged_taps) {

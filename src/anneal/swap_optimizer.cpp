@@ -37,12 +37,13 @@ SwapOptimizer::Impl::Impl(const ProblemSpec& p, const OptimizerSpec& o, const Sa
 // Mean |dE| in slice 0 at the start, the same on every rank.
 double SwapOptimizer::Impl::mean_magnitude() {
   double magnitude = 0;
-  if (slices.owns(0)) {
-    const Visit visit{0, 0, problem.seed, 1, 0, tiles.num_tiles(), tiles.corner(problem.seed, 0, 0, 0)};
-    magnitude =
-        movers.mean_magnitude(visit, magnitude_candidates, slices.field(0), slices.permutation(0), slices.fields());
+  constexpr SliceIndex first;
+  if (slices.owns(first)) {
+    const Visit visit{first, 0, problem.seed, 1, 0, tiles.num_tiles(), tiles.corner(problem.seed, first, 0, 0)};
+    magnitude = movers.mean_magnitude(visit, magnitude_candidates, slices.field(first), slices.permutation(first),
+                                      slices.fields());
   }
-  return communicator.broadcast(magnitude);  // slice 0 is always rank 0's
+  return communicator.broadcast(magnitude);  // the first slice is always rank 0's
 }
 
 SwapOptimizer::SwapOptimizer(const ProblemSpec& problem, const OptimizerSpec& optimizer, const SampleSource& source,

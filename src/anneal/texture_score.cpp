@@ -9,8 +9,8 @@ namespace noiseloom {
 
 double mean_distance(const SampleSource& source, const Communicator& communicator, ThreadPool& pool) {
   const MeanDistance mean(source.distance(), source.channels(), source.cells_per_slice(), source.num_slices());
-  const Partition tasks(narrow<SliceIndex>(mean.num_tasks()), communicator.size());
-  const SliceIndex begin = tasks.begin(communicator.rank());
+  const Partition tasks(narrow<std::int32_t>(mean.num_tasks()), communicator.size());
+  const std::int32_t begin = tasks.begin(communicator.rank());
   std::vector<double> own(static_cast<std::size_t>(tasks.count(communicator.rank())));
   pool.for_each(std::ssize(own), [&](std::int64_t index, int) {
     own[static_cast<std::size_t>(index)] =
@@ -23,7 +23,7 @@ namespace {
 
 // What the terms of the first `num_own` slices add up to, in double.
 std::vector<double> own_sums(const Footprint& footprint, const SampleSource& source,
-                             const std::vector<SliceIndex>& held, SliceIndex num_own,
+                             const std::vector<SliceIndex>& held, std::int32_t num_own,
                              const std::function<std::vector<float>(SliceIndex)>& planar_of, ThreadPool& pool) {
   std::map<SliceIndex, std::vector<float>> planar;
   for (const SliceIndex slice : held) planar[slice];

@@ -40,6 +40,8 @@ struct VariedSetting {
   std::string key;
   std::vector<std::string> values;  // TOML
   Place place;
+  std::string shown;
+  std::optional<Place> repeated = {};  // a value that stood in the list before
 };
 
 enum class MemberPairs { all, side_by_side };
@@ -77,8 +79,8 @@ void read_varied(Reader& reader, const Found& found, const std::string& key, con
     for (const Entry& below : *table) read_varied(reader, found, fmt::format("{}.{}", key, below.key), below);
     return;
   }
-  VariedSetting varied{.key = key, .values = {}, .place = entry.place};
   const std::string shown = fmt::format("{}.{}", found.shown, settings::toml_key(key));
+  VariedSetting varied{.key = key, .values = {}, .place = entry.place, .shown = shown};
   const std::vector<VariedSetting>& before = found.owners.get<BankFile>().vary;
   if (std::any_of(before.begin(), before.end(), [&](const VariedSetting& other) { return other.key == key; })) {
     return reader.fault(entry.value, shown, "is varied twice");
@@ -91,9 +93,7 @@ void read_varied(Reader& reader, const Found& found, const std::string& key, con
     std::set<std::string> seen;
     for (const Value& value : *list) {
       varied.values.push_back(settings::to_text(value));
-      if (!seen.insert(varied.values.back()).second) {
-        return reader.fault(value, shown, fmt::format("stands twice in the list; {}", accepted_values));
-      }
+      if (!seen.insert(varied.values.back()).second && !varied.repeated) varied.repeated = value.place;
     }
   } else {
     return reader.fault(entry.value, shown, accepted_values);
@@ -117,9 +117,36 @@ const CustomType vary_type = {
     .read = read_vary,
     .text = [](const settings::Writer&, const Setting&, const Owners&) -> std::string { return ""; }};
 
+// In every combination a value once more makes the same members once more; side by side only where all others repeat
+// too.
+void check_repeats(Reader& reader, const BankFile& file) {
+  if (file.combine == MemberPairs::all) {
+    for (const VariedSetting& varied : file.vary) {
+      if (varied.repeated)
+        reader.fault(*varied.repeated,
+                     fmt::format("{}: a value stands twice in the list; {}", varied.shown, accepted_values));
+    }
+    return;
+  }
+  std::map<std::vector<std::string>, std::size_t> seen;
+  for (std::size_t i = 0; i < file.vary.front().values.size(); ++i) {
+    std::vector<std::string> member;
+    for (const VariedSetting& varied : file.vary) {
+      if (i < varied.values.size()) member.push_back(varied.values[i]);
+    }
+    if (const auto [earlier, is_new] = seen.emplace(std::move(member), i); !is_new) {
+      reader.fault(file.vary.front().place, fmt::format("vary: values {} and {} of all lists are the same: a member "
+                                                        "stands twice",
+                                                        earlier->second + 1, i + 1));
+      return;
+    }
+  }
+}
+
 void check_bank(Reader& reader, const Value&, const Owners& owners) {
   const BankFile& file = owners.get<BankFile>();
   if (file.vary.empty()) return;
+  check_repeats(reader, file);
   std::size_t count = 1;
   for (const VariedSetting& varied : file.vary) {
     if (file.combine == MemberPairs::side_by_side && varied.values.size() != file.vary.front().values.size()) {

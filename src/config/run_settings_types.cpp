@@ -50,7 +50,7 @@ std::string count_fault(const std::vector<std::int64_t>& sizes) {
     return fmt::format("{} axes; at most {}, x and y included", sizes.size(), Extents::max_axes);
   }
   if (cells > 0x1p32 - 1) return fmt::format("{} pixels in a slice; at most 4294967295", cells);
-  if (slices > std::numeric_limits<SliceIndex>::max()) return fmt::format("{} slices; at most 2147483647", slices);
+  if (slices > std::numeric_limits<std::int32_t>::max()) return fmt::format("{} slices; at most 2147483647", slices);
   if (cells * slices > 0x1p48) return fmt::format("{} pixels; at most 281474976710656", cells * slices);
   return "";
 }

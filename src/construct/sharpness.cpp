@@ -79,14 +79,14 @@ double error_of(const Twin& twin, const Footprint& overlap, SampleScale scale, d
   while (!run.done()) run.advance();
   const auto n = static_cast<double>(twin.extents.cells_per_slice());
   std::vector<std::vector<float>> slices;
-  for (SliceIndex slice = 0; slice < twin.extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : twin.extents.slices()) {
     std::vector<float>& samples = slices.emplace_back();
     for (const std::uint32_t place : run.places(slice)) samples.push_back(static_cast<float>((place + 0.5) / n));
   }
   const DistanceKind distance = scale == SampleScale::circle ? DistanceKind::circle : DistanceKind::absolute;
   const auto values = [&](SliceIndex slice) { return slices[static_cast<std::size_t>(slice)].data(); };
   std::vector<double> sums;
-  for (SliceIndex slice = 0; slice < twin.extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : twin.extents.slices()) {
     sums.push_back(weighted_distance_sum(overlap, distance, 1, slice, values, PairEnds::one));
   }
   const MeanDistance mean(distance, 1, twin.extents.cells_per_slice(), twin.extents.num_slices());

@@ -14,7 +14,7 @@ StrataState::StrataState(const Extents& extents, const FilterSpec& filter, int a
       hash_(seed),
       places_(static_cast<std::size_t>(extents.num_slices()), std::vector<std::uint32_t>(cells_, pixel_is_off)),
       stack_of_(places_.size()) {
-  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : extents.slices()) {
     const auto s = static_cast<std::size_t>(slice);
     fields_.emplace_back(kernel_, hash_, first_position(s), Retiring::yes);
     fields_.back().clear();
@@ -36,7 +36,7 @@ void StrataState::begin_stratum() {
 
 void StrataState::act(std::size_t slice, bool on, std::span<const std::uint32_t> cells) {
   for (const SliceStamp& stamp : std::span(kernel_.stamps()).subspan(1)) {
-    const SliceIndex to = extents_.slice_at(static_cast<SliceIndex>(slice), stamp.offset);
+    const SliceIndex to = extents_.slice_at(SliceIndex(slice), stamp.offset);
     fields_[static_cast<std::size_t>(to)].act(stamp, on, cells);
   }
 }

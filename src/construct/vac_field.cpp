@@ -34,7 +34,7 @@ VacWords allocate_words(std::size_t count) {
 
 void VacFree::operator()(void* memory) const { std::free(memory); }
 
-VacField::VacField(const VacSpec& spec, const VacKernel& kernel, SliceIndex slice_begin, SliceIndex slice_end,
+VacField::VacField(const VacSpec& spec, const VacKernel& kernel, std::int32_t slice_begin, std::int32_t slice_end,
                    std::int64_t cells_to_wait)
     : layout_(spec, slice_begin, slice_end),
       kernel_(kernel),

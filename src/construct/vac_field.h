@@ -43,7 +43,7 @@ class VacField {
   // `kernel` must outlive the field. Pixels wait where a slice has at least `cells_to_wait`: beyond what a third cache
   // holds.
   static constexpr std::int64_t usual_cells_to_wait = std::int64_t{1} << 22;
-  VacField(const VacSpec& spec, const VacKernel& kernel, SliceIndex slice_begin, SliceIndex slice_end,
+  VacField(const VacSpec& spec, const VacKernel& kernel, std::int32_t slice_begin, std::int32_t slice_end,
            std::int64_t cells_to_wait = usual_cells_to_wait);
 
   const VacLayout& layout() const { return layout_; }

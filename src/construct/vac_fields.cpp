@@ -6,7 +6,8 @@
 
 namespace noiseloom {
 
-VacFields::VacFields(const VacSpec& spec, const VacKernel& kernel, SliceIndex begin, SliceIndex end, ThreadPool& pool)
+VacFields::VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t begin, std::int32_t end,
+                     ThreadPool& pool)
     : pool_(pool) {
   const auto cells = static_cast<std::uint64_t>(spec.extents.cells_per_slice());
   begin_ = cells * static_cast<std::uint64_t>(begin);

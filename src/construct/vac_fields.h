@@ -41,7 +41,7 @@ class ThreadTrial {
 class VacFields {
  public:
   // Slices [begin, end). Kernel and pool must outlive the fields.
-  VacFields(const VacSpec& spec, const VacKernel& kernel, SliceIndex begin, SliceIndex end, ThreadPool& pool);
+  VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t begin, std::int32_t end, ThreadPool& pool);
 
   std::size_t num_parts() const { return parts_.size(); }
   VacField& part(std::size_t i) { return parts_[i]; }

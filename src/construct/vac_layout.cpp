@@ -2,7 +2,7 @@
 
 namespace noiseloom {
 
-VacLayout::VacLayout(const VacSpec& spec, SliceIndex begin, SliceIndex end)
+VacLayout::VacLayout(const VacSpec& spec, std::int32_t begin, std::int32_t end)
     : num_axes(spec.extents.num_axes()),
       size{},
       toroidal{},

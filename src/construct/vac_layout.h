@@ -18,7 +18,7 @@ struct VacPlace {
 struct VacLayout {
   static constexpr std::int64_t line_words = 16;  // of a cache line
   static constexpr std::int64_t leaf_cells = 64;
-  VacLayout(const VacSpec& spec, SliceIndex begin, SliceIndex end);
+  VacLayout(const VacSpec& spec, std::int32_t begin, std::int32_t end);
 
   int num_axes;
   std::array<std::int64_t, Extents::max_axes> size;

@@ -16,7 +16,7 @@ namespace noiseloom {
 class VacOrder {
  public:
   // Pixels of slices [begin, end), all off.
-  VacOrder(const Extents& extents, SliceIndex begin, SliceIndex end)
+  VacOrder(const Extents& extents, std::int32_t begin, std::int32_t end)
       : cells_(static_cast<std::uint64_t>(extents.cells_per_slice())),
         first_(cells_ * static_cast<std::uint64_t>(begin)),
         end_(cells_ * static_cast<std::uint64_t>(end)),

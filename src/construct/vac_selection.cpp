@@ -21,7 +21,7 @@ VacSelection::VacSelection(const VacSpec& spec, const VacKernel& kernel, VacFiel
       fallen_(fields.num_parts()),
       picks_ahead_(most_picks_ahead) {
   const auto add = [&](std::vector<VacSelector>& to, const VacLayout& first, const VacLayout& last) {
-    to.emplace_back(spec, kernel, narrow<SliceIndex>(first.slice_begin), narrow<SliceIndex>(last.slice_end));
+    to.emplace_back(spec, kernel, narrow<std::int32_t>(first.slice_begin), narrow<std::int32_t>(last.slice_end));
   };
   add(of_all_, fields.part(0).layout(), fields.part(fields.num_parts() - 1).layout());
   if (fields.num_parts() == 1) return;

@@ -5,7 +5,7 @@
 
 namespace noiseloom {
 
-VacSelector::VacSelector(const VacSpec& spec, const VacKernel& kernel, SliceIndex begin, SliceIndex end)
+VacSelector::VacSelector(const VacSpec& spec, const VacKernel& kernel, std::int32_t begin, std::int32_t end)
     : layout_(spec, 0, spec.extents.num_slices()),
       begin_(static_cast<std::uint64_t>(layout_.cells * begin)),
       end_(static_cast<std::uint64_t>(layout_.cells * end)) {

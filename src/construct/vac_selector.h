@@ -23,7 +23,7 @@ namespace noiseloom {
 class VacSelector {
  public:
   // Of slices [begin, end).
-  VacSelector(const VacSpec& spec, const VacKernel& kernel, SliceIndex begin, SliceIndex end);
+  VacSelector(const VacSpec& spec, const VacKernel& kernel, std::int32_t begin, std::int32_t end);
 
   // Takes up other candidates: all pixels of its slices with key <= limit, ascending in position; they must stay where
   // they are until the next call. For clusters equal keys go by descending position.

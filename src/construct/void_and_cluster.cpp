@@ -104,7 +104,8 @@ struct VoidAndCluster::Impl {
 
   void restore(const VacProgress& from, const std::function<std::vector<std::byte>(SliceIndex)>& bytes) {
     communicator.together([&] {
-      for (SliceIndex slice = begin; slice < end; ++slice) order.set_bytes(slice, bytes(slice));
+      for (const SliceIndex slice : Distribution(partition, communicator.rank()).own_slices())
+        order.set_bytes(slice, bytes(slice));
     });
     const OrderCensus census = order.census();
     std::int64_t num[] = {census.num_placed(), census.num_on()};
@@ -249,8 +250,8 @@ struct VoidAndCluster::Impl {
   const Communicator& communicator;
   VacSpec spec;
   Partition partition;
-  SliceIndex begin;
-  SliceIndex end;
+  std::int32_t begin;
+  std::int32_t end;
   VacKernel kernel;
   VacTieHash hash;
   VacExchange exchange;

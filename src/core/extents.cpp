@@ -21,11 +21,11 @@ Extents::Extents(std::vector<std::int64_t> sizes, std::vector<std::string> names
   for (std::size_t axis = 0; axis < sizes_.size(); ++axis) {
     NOISELOOM_CHECK_LE(1, sizes_[axis]);
     if (axis >= 2) {
-      NOISELOOM_CHECK_LE(sizes_[axis], std::numeric_limits<SliceIndex>::max() / slices);
+      NOISELOOM_CHECK_LE(sizes_[axis], std::numeric_limits<std::int32_t>::max() / slices);
       slices *= sizes_[axis];
     }
   }
-  num_slices_ = narrow<SliceIndex>(slices);
+  num_slices_ = narrow<std::int32_t>(slices);
 }
 
 Extents::Extents(std::vector<std::int64_t> sizes) : Extents(sizes, default_names(sizes.size())) {}
@@ -37,9 +37,10 @@ int Extents::axis(const std::string& name) const {
 
 Extents::SliceCoord Extents::slice_coord(SliceIndex slice) const {
   SliceCoord coord{};
+  std::int64_t rest = slice.value();
   for (std::size_t axis = 2; axis < sizes_.size(); ++axis) {
-    coord[axis - 2] = static_cast<std::int32_t>(slice % sizes_[axis]);
-    slice = static_cast<SliceIndex>(slice / sizes_[axis]);
+    coord[axis - 2] = static_cast<std::int32_t>(rest % sizes_[axis]);
+    rest /= sizes_[axis];
   }
   return coord;
 }
@@ -47,7 +48,7 @@ Extents::SliceCoord Extents::slice_coord(SliceIndex slice) const {
 SliceIndex Extents::slice_index(const SliceCoord& coord) const {
   std::int64_t slice = 0;
   for (std::size_t axis = sizes_.size(); axis-- > 2;) slice = slice * sizes_[axis] + coord[axis - 2];
-  return static_cast<SliceIndex>(slice);
+  return SliceIndex(slice);
 }
 
 SliceIndex Extents::slice_at(SliceIndex slice, const SliceCoord& offset) const {

@@ -194,7 +194,7 @@ double Communicator::broadcast(double value) const {
 
 std::vector<double> Communicator::gather_all(const Partition& partition, std::span<const double> own) const {
   NOISELOOM_CHECK_EQ(partition.num_ranks(), size());
-  NOISELOOM_CHECK_EQ(static_cast<SliceIndex>(own.size()), partition.count(rank()));
+  NOISELOOM_CHECK_EQ(narrow<std::int32_t>(own.size()), partition.count(rank()));
   IndexedVector<Rank, int> counts(static_cast<std::size_t>(size()));
   IndexedVector<Rank, int> starts(static_cast<std::size_t>(size()));
   for (const Rank r : ranks()) {
@@ -270,7 +270,7 @@ void Communicator::stream_to_root(const Distribution& distribution,
   std::exception_ptr failure;
   std::vector<std::byte> block;
   bool complete = true;  // on rank 0: nobody's producer has failed
-  for (SliceIndex slice = 0; slice < distribution.num_slices(); ++slice) {
+  for (const SliceIndex slice : first_indices<SliceIndex>(distribution.num_slices())) {
     const Rank owner = distribution.owner(slice);
     if (owner == rank()) {
       guarded(failure, [&] { produce(slice, block); });

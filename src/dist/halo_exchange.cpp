@@ -97,7 +97,7 @@ void HaloExchange::wait(const std::function<void(SliceIndex, std::span<const Swa
     message.resize(static_cast<std::size_t>(count));
     check_mpi(MPI_Mrecv(message.data(), count, MPI_UINT64_T, &handle, MPI_STATUS_IGNORE), "MPI_Mrecv");
     for (std::size_t at = 0; at < message.size();) {
-      const auto slice = static_cast<SliceIndex>(message[at] >> 32);
+      const auto slice = SliceIndex(message[at] >> 32);
       const std::size_t num_swaps = message[at] & 0xffffffffU;
       ++at;
       NOISELOOM_CHECK_LE(at + num_swaps, message.size());

@@ -36,8 +36,8 @@ std::vector<Run> runs_of(std::span<const Extents::SliceCoord> offsets) {
 template <class Visit>
 void visit_run(const Extents& extents, SliceIndex slice, const Run& run, const Visit& visit) {
   const std::int64_t size = extents.size(2);
-  const std::int64_t t = slice % size;
-  const std::int64_t row = extents.slice_at(slice, run.row) - t;
+  const std::int64_t t = slice.value() % size;
+  const std::int64_t row = extents.slice_at(slice, run.row).value() - t;
   if (run.length >= size) return visit(row, row + size);
   const std::int64_t first = ((t + run.first) % size + size) % size;
   visit(row + first, row + std::min(size, first + run.length));
@@ -58,12 +58,12 @@ HaloPlan::HaloPlan(const Extents& extents, std::span<const Extents::SliceCoord> 
     std::vector<Rank>& listeners = listeners_[distribution.local_slice_from_global(slice)];
     for (const Run& run : runs) {
       visit_run(extents, slice, run, [&](std::int64_t from, std::int64_t to) {
-        if (from >= own.first() && to <= own.past_last()) return;
+        if (from >= own.first().value() && to <= own.past_last().value()) return;
         ++changes[static_cast<std::size_t>(from)];
         --changes[static_cast<std::size_t>(to)];
         // Offsets are symmetric: whoever owns slice + d is coupled with slice through -d.
-        const Rank last = distribution.owner(narrow<SliceIndex>(to - 1));
-        for (Rank owner = distribution.owner(narrow<SliceIndex>(from)); owner <= last; ++owner) {
+        const Rank last = distribution.owner(SliceIndex(to - 1));
+        for (Rank owner = distribution.owner(SliceIndex(from)); owner <= last; ++owner) {
           if (owner != distribution.rank()) listeners.push_back(owner);
         }
       });
@@ -72,7 +72,7 @@ HaloPlan::HaloPlan(const Extents& extents, std::span<const Extents::SliceCoord> 
     listeners.erase(std::unique(listeners.begin(), listeners.end()), listeners.end());
   }
   std::int64_t covered = 0;
-  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : extents.slices()) {
     covered += changes[static_cast<std::size_t>(slice)];
     if (covered > 0 && !own.contains(slice)) needed_.push_back(slice);
   }

@@ -73,7 +73,7 @@ OrderCensus census_of_order(const RunFileReader& reader) {
   const OrderCodec codec(dataset.type);
   std::vector<std::byte> slice(bytes_per_slice(dataset, content.extents));
   OrderCensus census(content.extents.num_cells());
-  for (SliceIndex s = 0; s < content.extents.num_slices(); ++s) {
+  for (const SliceIndex s : content.extents.slices()) {
     reader.read_slice(order, s, slice);
     census.add(codec, slice);
   }

@@ -150,7 +150,7 @@ void Packer::copy(const RunFileReader& member, int dataset, const Packed& to, st
   const hdf5::Handle memory(H5Screate_simple(1, &cells, nullptr), H5Sclose, what);
   const hdf5::Handle space(H5Dget_space(to.data.id()), H5Sclose, what);
   const std::size_t num_slice_axes = static_cast<std::size_t>(extents.num_axes()) - 2;
-  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : extents.slices()) {
     std::vector<hsize_t> start(to.shape.size() + 1, 0);
     std::vector<hsize_t> count = to.shape;
     count.insert(count.begin(), 1);

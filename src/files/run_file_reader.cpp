@@ -173,7 +173,7 @@ void RunFileReader::Impl::check_digests() {
     }
     hdf5::check_claim(at, spec.name, datasets[i].id());
     std::vector<std::byte> bytes(bytes_per_slice(spec, content.extents));
-    for (SliceIndex slice = 0; slice < content.extents.num_slices(); ++slice) {
+    for (const SliceIndex slice : content.extents.slices()) {
       read_slice(i, slice, bytes);
       if (digest_of(bytes) != digests[narrow<std::size_t>(slice)]) throw_not_laid_out(path, "a slice of " + spec.name);
     }
@@ -187,7 +187,7 @@ void RunFileReader::Impl::close_hdf5() {
 
 void RunFileReader::Impl::read_slice(std::size_t dataset, SliceIndex slice, std::span<std::byte> bytes) const {
   const SliceDataset& spec = content.datasets[dataset];
-  NOISELOOM_CHECK(slice >= 0 && slice < content.extents.num_slices());
+  NOISELOOM_CHECK(content.extents.slices().contains(slice));
   NOISELOOM_CHECK_EQ(bytes.size(), bytes_per_slice(spec, content.extents));
   if (!places.empty()) {
     ops.read(opened.fd(), places[dataset].offset + narrow<std::uint64_t>(slice) * bytes.size(), bytes);

@@ -10,7 +10,7 @@ struct Selection {
 
 Selection select(hid_t id, const SliceDataset& dataset, const Extents& extents, SliceIndex slice,
                  const std::string& what) {
-  NOISELOOM_CHECK(slice >= 0 && slice < extents.num_slices());
+  NOISELOOM_CHECK(extents.slices().contains(slice));
   std::vector<hsize_t> count = dimensions_of(dataset, extents);
   std::vector<hsize_t> start(count.size(), 0);
   const auto num_slice_axes = static_cast<std::size_t>(extents.num_slice_axes());

@@ -90,8 +90,9 @@ std::string sidecar(const std::string& target, const ContainerJob& job) {
       "{}{}\n"
       "}}\n",
       json_string(std::filesystem::path(target).filename().string()), type_name(job.slice.type),
-      fmt::join(array_shape(job), ", "), axes, job.first_slice, json_string(job.samples), json_string(job.decoding),
-      job.range ? "true" : "false", json_number(range.lo), json_number(range.hi), unfinished, members_of_facts(job));
+      fmt::join(array_shape(job), ", "), axes, job.first_slice.value(), json_string(job.samples),
+      json_string(job.decoding), job.range ? "true" : "false", json_number(range.lo), json_number(range.hi), unfinished,
+      members_of_facts(job));
 }
 
 class RawWriter : public ContainerWriter {

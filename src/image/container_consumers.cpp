@@ -17,7 +17,7 @@ class GodotWriter : public ContainerWriter {
   explicit GodotWriter(OutputFiles& files) : files_(files), image_(make_png_writer(files)) {}
 
   void begin(const std::string& target, const ContainerJob& job) override {
-    const SliceIndex rows = (job.num_slices + job.columns - 1) / job.columns;
+    const std::int32_t rows = (job.num_slices + job.columns - 1) / job.columns;
     files_.write(target + ".import", filled(R"([remap]
 
 importer="2d_array_texture"
@@ -175,8 +175,8 @@ class ImageMagickWriter : public TextWriter {
     std::string text = fmt::format(
         "  <threshold map=\"{}{}\">\n    <description>{}</description>\n    <levels width=\"{}\" height=\"{}\" "
         "divisor=\"{}\">\n",
-        map_name(), job().num_slices > 1 ? fmt::format("-{}", slice) : "", escaped(what_it_is()), width(), height(),
-        levels + 1);
+        map_name(), job().num_slices > 1 ? fmt::format("-{}", slice.value()) : "", escaped(what_it_is()), width(),
+        height(), levels + 1);
     for (std::size_t cell = 0; cell < cells(); ++cell)
       text += fmt::format("{}{}", 1 + level(bytes, cell, levels), cell % width() + 1 < width() ? " " : "\n");
     return text + "    </levels>\n  </threshold>\n";

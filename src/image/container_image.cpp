@@ -26,8 +26,7 @@ class ImageContainerWriter : public ContainerWriter {
     image.description = job.description;
     if (job.holds_samples) image.facts = reading_facts(job);
     image.facts.insert(image.facts.end(), job.facts.begin(), job.facts.end());
-    for (SliceIndex s = 0; s < job.num_slices; ++s)
-      image.part_names.push_back(fmt::format("slice{}", job.first_slice + s));
+    for (const SliceIndex s : job.slices()) image.part_names.push_back(fmt::format("slice{}", s.value()));
     row_bytes_ = job.slice.num_bytes() / static_cast<std::size_t>(job.slice.height);
     columns_ = static_cast<std::size_t>(job.columns);
     column_ = 0;

@@ -72,7 +72,7 @@ class PointsWriter : public ContainerWriter {
       const std::uint64_t cell = positions_[place] % cells;
       row[0] = static_cast<std::int64_t>(cell % width);
       row[1] = static_cast<std::int64_t>(cell / width);
-      const Extents::SliceCoord coord = extents.slice_coord(static_cast<SliceIndex>(positions_[place] / cells));
+      const Extents::SliceCoord coord = extents.slice_coord(SliceIndex(positions_[place] / cells));
       for (std::size_t a = 0; a < static_cast<std::size_t>(extents.num_slice_axes()); ++a) row[2 + a] = coord[a];
       row.back() = static_cast<std::int64_t>(place.value());
       visit(row);

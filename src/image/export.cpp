@@ -46,7 +46,7 @@ class SliceEncoder {
   // How many points of the plan lie in its slices.
   std::int64_t count_points() {
     std::int64_t count = 0;
-    for (SliceIndex s = plan_.begin; s < plan_.end; ++s) {
+    for (const SliceIndex s : plan_.slices()) {
       read_places(s);
       count += std::count_if(places_.begin(), places_.end(), [&](OrderPlace place) { return is_point(place); });
     }
@@ -79,7 +79,7 @@ class SliceEncoder {
   // What is written as slice `slice`.
   TextureRead::Place place_of(SliceIndex slice) const {
     if (!plan_.reads) return {.slice = slice};
-    return plan_.reads->place(slice / plan_.reads->values, slice % plan_.reads->values);
+    return plan_.reads->place(slice.value() / plan_.reads->values, slice.value() % plan_.reads->values);
   }
   // Pixel (x, y) becomes what pixel (x + dx, y + dy) is, around the edges.
   void shift(const TextureRead::Place& place, std::size_t channels, std::vector<float>& numbers) const {
@@ -90,7 +90,7 @@ class SliceEncoder {
     std::rotate(numbers.begin(), numbers.begin() + place.dy * row, numbers.end());
   }
   void find_largest_density() {
-    for (SliceIndex s = 0; s < reader_.content().extents.num_slices(); ++s) {
+    for (const SliceIndex s : reader_.content().extents.slices()) {
       read_density({.slice = s});
       largest_density_ =
           std::max(largest_density_, static_cast<double>(*std::max_element(density_.begin(), density_.end())));
@@ -153,8 +153,8 @@ std::string decoding(const ExportPlan& plan, PixelType type) {
 }
 
 std::string slices_text(const ContainerJob& job) {
-  if (job.layout == ExportLayout::slices) return fmt::format("slice {}", job.first_slice);
-  return fmt::format("slices {} to {}", job.first_slice, job.first_slice + job.num_slices - 1);
+  if (job.layout == ExportLayout::slices) return fmt::format("slice {}", job.first_slice.value());
+  return fmt::format("slices {} to {}", job.first_slice.value(), job.slices().past_last().value() - 1);
 }
 
 std::string description(const ExportPlan& plan, const ExportOutput& output, const ContainerJob& job,
@@ -185,7 +185,7 @@ void write_output(OutputFiles& files, const ExportPlan& plan, const ExportOutput
   const bool one_a_slice = output.layout == ExportLayout::slices;
   job.layout = output.layout;
   job.columns = output.columns;
-  job.num_slices = one_a_slice ? 1 : plan.end - plan.begin;
+  job.num_slices = one_a_slice ? 1 : plan.num_slices();
   job.slice = {narrow<int>(job.extents.width()),
                narrow<int>(job.extents.height()),
                static_cast<int>(output.pixel.source.size()),
@@ -195,11 +195,10 @@ void write_output(OutputFiles& files, const ExportPlan& plan, const ExportOutput
   job.decoding = decoding(plan, output.type);
   job.holds_samples = !plan.num_points && !plan.reads && (!output.has_density() || plan.with_density);
   for (std::size_t f = 0; f < output.targets.size(); ++f) {
-    job.first_slice = plan.begin + static_cast<SliceIndex>(f);
+    job.first_slice = SliceIndex(plan.begin + narrow<std::int32_t>(f));
     job.description = description(plan, output, job, encoder.largest_density());
     writer->begin(output.targets[f], job);
-    for (SliceIndex s = job.first_slice; s < job.first_slice + job.num_slices; ++s)
-      writer->slice(s, encoder.slice(s, output));
+    for (const SliceIndex s : job.slices()) writer->slice(s, encoder.slice(s, output));
     writer->end();
   }
 }

@@ -88,14 +88,14 @@ class Sampling {
   std::vector<std::byte> so_far_;
 };
 
-float white_value(SliceIndex frame, std::size_t pixel) {
+float white_value(std::int32_t frame, std::size_t pixel) {
   return to_unit_float(random_block(seed, Purpose::subset, static_cast<std::uint32_t>(frame), 0, pixel)[0]);
 }
 
-SliceIndex frames_of(const std::string& text, const Extents& extents) {
+std::int32_t frames_of(const std::string& text, const Extents& extents) {
   if (text.empty()) return extents.num_slices();
-  constexpr SliceIndex most = 1'000'000;
-  SliceIndex frames = 0;
+  constexpr std::int32_t most = 1'000'000;
+  std::int32_t frames = 0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), frames);
   if (error != std::errc{} || stop != text.data() + text.size() || frames < 1 || frames > most) {
     throw UserError("command line", fmt::format("--frames {}: must be from 1 to {}", text, most));
@@ -123,11 +123,11 @@ ImportanceResult export_importance(const std::string& path, const ImportanceOpti
   require_finished_order(content, path);
   const Map map = read_map(options.map);
   const Extents& extents = content.extents;
-  const SliceIndex frames = frames_of(options.frames, extents);
+  const std::int32_t frames = frames_of(options.frames, extents);
 
   const std::filesystem::path folder(options.output);
   ImportanceResult result;
-  for (SliceIndex f = 0; f < frames; ++f) {
+  for (std::int32_t f = 0; f < frames; ++f) {
     const auto digits = fmt::formatted_size("{}", frames - 1);
     result.images.push_back((folder / fmt::format("sampled_{:0{}}.png", f, digits)).string());
   }
@@ -150,7 +150,7 @@ ImportanceResult export_importance(const std::string& path, const ImportanceOpti
   Sampling mask(map);
   Sampling white(map);
   Sampling alone(map);
-  for (SliceIndex f = 0; f < frames; ++f) {
+  for (std::int32_t f = 0; f < frames; ++f) {
     const TextureRead::Place place = read.place(f, 0);
     reader.read_slice(reader.dataset("/samples"), place.slice, std::as_writable_bytes(std::span(slice)));
     const auto tiled = [&](std::size_t dx, std::size_t dy) {

@@ -273,9 +273,9 @@ ExportResult export_packed(const std::vector<std::string>& paths, const std::str
   const std::unique_ptr<ContainerWriter> writer = output.container->make(files);
   PackedSlices slices(sources, contents, output);
   for (std::size_t f = 0; f < output.targets.size(); ++f) {
-    job.first_slice = plan.begin + static_cast<SliceIndex>(f);
+    job.first_slice = SliceIndex(plan.begin + narrow<std::int32_t>(f));
     writer->begin(output.targets[f], job);
-    for (SliceIndex s = job.first_slice; s < job.first_slice + job.num_slices; ++s) writer->slice(s, slices.slice(s));
+    for (const SliceIndex s : job.slices()) writer->slice(s, slices.slice(s));
     writer->end();
   }
   ExportResult result;

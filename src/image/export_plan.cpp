@@ -134,7 +134,7 @@ void ExportPlanner::choose_layout() {
 // How many slices stand beside each other: of an atlas the columns given (atlas:CxR), else the fewest that divide the
 // slices and are at least as many as the rows.
 void ExportPlanner::choose_columns() {
-  const SliceIndex slices = plan_.end - plan_.begin;
+  const std::int32_t slices = plan_.end - plan_.begin;
   if (main_.layout == ExportLayout::row) main_.columns = slices;
   if (main_.layout != ExportLayout::atlas) return;
   const std::size_t colon = options_.layout.find(':');

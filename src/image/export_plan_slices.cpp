@@ -11,9 +11,9 @@
 namespace noiseloom {
 
 // A count on the command line, 1 to `most`.
-SliceIndex ExportPlanner::count_of(const std::string& option, const std::string& text, SliceIndex most) {
+std::int32_t ExportPlanner::count_of(const std::string& option, const std::string& text, std::int32_t most) {
   if (text.empty()) return 1;
-  SliceIndex count = 0;
+  std::int32_t count = 0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), count);
   if (error == std::errc{} && stop == text.data() + text.size() && count >= 1 && count <= most) return count;
   fault(fmt::format("{} {}: must be from 1 to {}", option, text, most));
@@ -23,11 +23,11 @@ SliceIndex ExportPlanner::count_of(const std::string& option, const std::string&
 void ExportPlanner::choose_frames() {
   plan_.extents = content_.extents;
   if (options_.frames.empty() && options_.values.empty() && options_.read.empty()) return;
-  constexpr SliceIndex most_frames = 1'000'000;
-  constexpr SliceIndex most_values = 1024;
+  constexpr std::int32_t most_frames = 1'000'000;
+  constexpr std::int32_t most_values = 1024;
   const Extents& texture = content_.extents;
-  const SliceIndex values = count_of("--values", options_.values, most_values);
-  const SliceIndex frames =
+  const std::int32_t values = count_of("--values", options_.values, most_values);
+  const std::int32_t frames =
       options_.frames.empty() ? texture.num_slices() : count_of("--frames", options_.frames, most_frames);
   TextureRead reads = {texture.width(), texture.height(), texture.num_slices(), values};
   if (options_.read == "slices") {
@@ -56,13 +56,13 @@ void ExportPlanner::choose_frames() {
 }
 
 void ExportPlanner::choose_slices() {
-  const SliceIndex count = plan_.extents.num_slices();
+  const std::int32_t count = plan_.extents.num_slices();
   plan_.begin = 0;
   plan_.end = count;
   if (options_.slices.empty()) return;
   const std::string& text = options_.slices;
   const std::size_t colon = text.find(':');
-  const auto number = [&](std::size_t begin, std::size_t end, SliceIndex& value) {
+  const auto number = [&](std::size_t begin, std::size_t end, std::int32_t& value) {
     if (begin == end) return true;  // left out: from the start, to the end
     const auto [stop, error] = std::from_chars(text.data() + begin, text.data() + end, value);
     return error == std::errc{} && stop == text.data() + end;

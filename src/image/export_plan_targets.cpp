@@ -36,7 +36,7 @@ void ExportPlanner::choose_targets() {
 }
 
 void ExportPlanner::name_main_output() {
-  const SliceIndex count = plan_.extents.num_slices();
+  const std::int32_t count = plan_.extents.num_slices();
   const bool one_file = main_.layout != ExportLayout::slices;
   const bool own_name = !output_.file.empty() && !pattern_in_output_;
   if (own_name && (one_file || count == 1)) {
@@ -63,8 +63,8 @@ void ExportPlanner::name_main_output() {
                                                                      : target(stem + ending)};
     return;
   }
-  for (SliceIndex s = plan_.begin; s < plan_.end; ++s)
-    main_.targets.push_back(target(slice_file_name(naming_, stem, s, count, ending)));
+  for (const SliceIndex s : plan_.slices())
+    main_.targets.push_back(target(slice_file_name(naming_, stem, s.value(), count, ending)));
 }
 
 // Beside each file of samples one of their densities, in one channel as the container holds scalars.

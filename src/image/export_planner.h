@@ -29,7 +29,7 @@ class ExportPlanner {
   void choose_frames();
   void choose_slices();
   void choose_points();
-  SliceIndex count_of(const std::string& option, const std::string& text, SliceIndex most);
+  std::int32_t count_of(const std::string& option, const std::string& text, std::int32_t most);
   // What a pixel holds (export_plan_pixels.cpp).
   int channels() const;
   void choose_pixel();

@@ -28,7 +28,7 @@ Facts reading_facts(const ContainerJob& job) {
   if (job.layout == ExportLayout::atlas)
     layout = fmt::format("atlas:{}x{}", job.columns, (job.num_slices + job.columns - 1) / job.columns);
   return {{"layout", layout},
-          {"slices", fmt::format("{}:{}", job.first_slice, job.first_slice + job.num_slices)},
+          {"slices", fmt::format("{}:{}", job.first_slice.value(), job.slices().past_last().value())},
           {"range", job.range ? fmt::format("{}:{}", shortest_number(job.range->lo), shortest_number(job.range->hi))
                               : std::string("values")}};
 }

@@ -98,7 +98,7 @@ Outside outside_of(const Rule& rule, const Texture& texture, double step) {
   const std::size_t channels = static_cast<std::size_t>(texture.channels);
   std::vector<float> sample(channels);
   Outside outside;
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s) {
+  for (const SliceIndex s : texture.extents.slices()) {
     const float* const slice = texture.slice(s);
     for (std::size_t cell = 0; cell < cells; ++cell) {
       for (std::size_t c = 0; c < channels; ++c) sample[c] = slice[c * cells + cell];

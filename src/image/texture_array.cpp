@@ -281,9 +281,9 @@ Stored array_texture(const Request& request, const StoredArray& array) {
   std::vector<std::size_t> stride(shape.size(), 1);
   for (std::size_t d = shape.size() - 1; d-- > 0;) stride[d] = stride[d + 1] * static_cast<std::size_t>(shape[d + 1]);
   float* out = stored.texture.values.data();
-  for (SliceIndex s = 0; s < extents.num_slices(); ++s) {
+  for (const SliceIndex s : extents.slices()) {
     std::size_t slice = 0;  // the offset of the slice's first number
-    std::int64_t rest = s;
+    std::int64_t rest = s.value();
     for (std::size_t i = roles.slices.size(); i-- > 0;) {
       const std::int64_t size = shape[roles.slices[i]];
       slice += static_cast<std::size_t>(rest % size) * stride[roles.slices[i]];

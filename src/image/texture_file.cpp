@@ -76,7 +76,7 @@ void check_finite(const Texture& texture, const std::string& name) {
 void normalise_directions(Texture& texture, const std::string& name) {
   const std::size_t cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
   const std::size_t channels = static_cast<std::size_t>(texture.channels);
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s) {
+  for (const SliceIndex s : texture.extents.slices()) {
     float* const slice = texture.slice(s);
     for (std::size_t cell = 0; cell < cells; ++cell) {
       double squares = 0;
@@ -120,9 +120,9 @@ RunConfig with_filter_of(RunConfig stored, const RunConfig& given, const std::st
 
 std::vector<OrderPlace> places_of(const PixelOrder& order, const Extents& extents) {
   const std::size_t cells = static_cast<std::size_t>(extents.cells_per_slice());
-  const SliceIndex count = std::min(most_slices_with_places, extents.num_slices());
+  const std::int32_t count = std::min(most_slices_with_places, extents.num_slices());
   std::vector<OrderPlace> places(cells * static_cast<std::size_t>(count));
-  for (SliceIndex s = 0; s < count; ++s)
+  for (const SliceIndex s : first_indices<SliceIndex>(count))
     order.read_slice(s, std::span(places).subspan(cells * static_cast<std::size_t>(s), cells));
   return places;
 }
@@ -148,7 +148,7 @@ TextureFile run_file(const Request& request) {
   if (reader.dataset(order_name) >= 0) file.places = places_of(PixelOrder(reader, path), content.extents);
   file.texture = make_texture(content.extents, channels);
   std::vector<float> slice(file.texture.floats_per_slice());
-  for (SliceIndex s = 0; s < content.extents.num_slices(); ++s) {
+  for (const SliceIndex s : content.extents.slices()) {
     reader.read_slice(samples, s, std::as_writable_bytes(std::span(slice)));
     interleaved_to_planar(slice, channels, file.texture.slice(s));
   }

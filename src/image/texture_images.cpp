@@ -78,7 +78,7 @@ void place_grid(Arrangement& arrangement, const Extents& extents, int columns, i
   }
 }
 
-std::string grid_kind(int columns, int rows, SliceIndex slices) {
+std::string grid_kind(int columns, int rows, std::int32_t slices) {
   if (columns * rows == 1) return "one image";
   if (columns == 1) return fmt::format("a strip of {} slices", slices);
   if (rows == 1) return fmt::format("a row of {} slices", slices);
@@ -101,7 +101,7 @@ Arrangement arrange_one(const std::string& path, const ImageReader& reader, cons
   const ImageShape& shape = reader.shape(0);
   const std::int64_t columns = shape.width / extents.width();
   const std::int64_t rows = shape.height / extents.height();
-  const SliceIndex slices = extents.num_slices();
+  const std::int32_t slices = extents.num_slices();
   const bool whole = columns * extents.width() == shape.width && rows * extents.height() == shape.height;
   const bool is_atlas = layout.kind == Layout::Kind::atlas || layout.kind == Layout::Kind::atlas_down;
   const bool fits = whole &&
@@ -279,7 +279,7 @@ void read_slices(const Arrangement& arrangement, const ImageShape& shape, Textur
   for (std::size_t s = 0; s < arrangement.slices.size(); ++s) {
     const Place& place = arrangement.slices[s];
     const std::vector<std::byte>& band = bands.band(place);
-    float* out = texture.slice(static_cast<SliceIndex>(s));
+    float* out = texture.slice(SliceIndex(s));
     for (std::size_t c = 0; c < channels; ++c)
       for (std::size_t y = 0; y < height; ++y) {
         const std::size_t row = y * static_cast<std::size_t>(shape.width) + static_cast<std::size_t>(place.column);

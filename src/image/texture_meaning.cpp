@@ -26,8 +26,8 @@ std::string count_of(std::size_t channels) { return fmt::format("{} channel{}", 
 
 bool is_constant(const Texture& texture, std::size_t channel) {
   const std::size_t cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
-  const float first = texture.slice(0)[channel * cells];
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
+  const float first = texture.slice(SliceIndex(0))[channel * cells];
+  for (const SliceIndex s : texture.extents.slices())
     if (std::any_of(texture.slice(s) + channel * cells, texture.slice(s) + (channel + 1) * cells,
                     [first](float v) { return v != first; }))
       return false;
@@ -36,7 +36,7 @@ bool is_constant(const Texture& texture, std::size_t channel) {
 
 bool are_equal(const Texture& texture, std::size_t a, std::size_t b) {
   const std::size_t cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
+  for (const SliceIndex s : texture.extents.slices())
     if (!std::equal(texture.slice(s) + a * cells, texture.slice(s) + (a + 1) * cells, texture.slice(s) + b * cells))
       return false;
   return true;
@@ -124,7 +124,7 @@ Texture with_channels(Texture texture, const Channels& channels) {
   if (all) return texture;
   Texture kept = make_texture(texture.extents, narrow<int>(channels.size()));
   const std::size_t cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
+  for (const SliceIndex s : texture.extents.slices())
     for (std::size_t i = 0; i < channels.size(); ++i)
       std::copy_n(texture.slice(s) + channels[i] * cells, cells, kept.slice(s) + i * cells);
   return kept;

@@ -207,7 +207,7 @@ class RawFile {
   Texture read(const RawFormat& format) const {
     Texture texture = make_texture(extents_, format.channels);
     std::vector<float> slice(texture.floats_per_slice());
-    for (SliceIndex s = 0; s < extents_.num_slices(); ++s) {
+    for (const SliceIndex s : extents_.slices()) {
       for (std::size_t i = 0; i < slice.size(); ++i)
         slice[i] = static_cast<float>(unit_or_value(format, static_cast<std::size_t>(s) * slice.size() + i));
       interleaved_to_planar(slice, format.channels, texture.slice(s));

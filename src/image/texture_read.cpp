@@ -30,7 +30,7 @@ TextureRead::Place TextureRead::place(std::int64_t frame, int value) const {
   const std::int64_t step = from == ValuesFrom::slices ? frame * values + value : frame;
   const std::int64_t round = step / num_slices;
   Place place;
-  place.slice = static_cast<SliceIndex>(step % num_slices);
+  place.slice = SliceIndex(step % num_slices);
   place.dx = round % width * round_step(width) % width;
   place.dy = (round / width + round % width) % height * round_step(height) % height;
   if (from == ValuesFrom::offsets) {

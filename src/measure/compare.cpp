@@ -54,9 +54,10 @@ std::vector<std::vector<float>> sorted_samples(const Texture& texture, SliceInde
 
 std::string permutation_text(const Texture& first, const Texture& other) {
   if (!(first.extents == other.extents) || first.channels != other.channels) return "of another size";
-  const SliceIndex slices = first.extents.num_slices();
-  SliceIndex same = 0;
-  for (SliceIndex s = 0; s < slices; ++s) same += sorted_samples(first, s) == sorted_samples(other, s) ? 1 : 0;
+  const std::int32_t slices = first.extents.num_slices();
+  std::int32_t same = 0;
+  for (const SliceIndex s : first.extents.slices())
+    same += sorted_samples(first, s) == sorted_samples(other, s) ? 1 : 0;
   if (same == slices)
     return first.values == other.values ? "the same texture" : "every slice holds the same samples in another order";
   return same == 0 ? "no slice holds the same samples"

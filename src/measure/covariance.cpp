@@ -38,7 +38,7 @@ void check_planes(const Texture& texture, const std::string& path, const PlaneSu
 
 void add_planes(const Texture& texture, PlaneTransform& transform, PlaneSums& sums) {
   const auto pixels = static_cast<std::size_t>(texture.extents.cells_per_slice());
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s) {
+  for (const SliceIndex s : texture.extents.slices()) {
     const float* const plane = texture.slice(s);
     for (std::size_t i = 0; i < pixels; ++i) {
       transform.real()[i] = static_cast<double>(plane[i]);

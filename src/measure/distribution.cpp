@@ -20,7 +20,7 @@ constexpr ValueRange histogram_of_unbounded = {-6, 6};
 template <class Action>
 void for_each_value(const Texture& texture, int channel, Action action) {
   const std::size_t cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s) {
+  for (const SliceIndex s : texture.extents.slices()) {
     const float* const values = texture.slice(s) + static_cast<std::size_t>(channel) * cells;
     for (std::size_t i = 0; i < cells; ++i) action(static_cast<double>(values[i]));
   }

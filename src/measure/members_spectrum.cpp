@@ -87,7 +87,7 @@ MemberSpectrum spectrum_of(const Texture& texture, DistanceKind kind, std::size_
   double furthest = 0;  // squared, summed over signals
   for (int signal = 0; signal < signals; ++signal) {
     const std::size_t first = found.values.size();
-    for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s) {
+    for (const SliceIndex s : texture.extents.slices()) {
       const float* const plane = texture.slice(s) + (circle ? 0 : static_cast<std::size_t>(signal) * pixels);
       for (std::size_t i = 0; i < pixels; ++i) {
         const double value = static_cast<double>(plane[i]);

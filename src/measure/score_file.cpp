@@ -15,8 +15,7 @@ std::vector<double> slice_sums(const Texture& texture, DistanceKind kind, const 
   std::vector<double> sums(static_cast<std::size_t>(texture.extents.num_slices()));
   const SliceValues values = [&](SliceIndex s) { return texture.slice(s); };
   pool.for_each(texture.extents.num_slices(), [&](std::int64_t s, int) {
-    sums[static_cast<std::size_t>(s)] =
-        weighted_distance_sum(footprint, kind, texture.channels, static_cast<SliceIndex>(s), values);
+    sums[static_cast<std::size_t>(s)] = weighted_distance_sum(footprint, kind, texture.channels, SliceIndex(s), values);
   });
   return sums;
 }

@@ -19,9 +19,9 @@ class Signals {
     for (int c = 0; c < count(); ++c) {
       double sum = 0;
       double squares = 0;
-      for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
+      for (const SliceIndex s : texture.extents.slices())
         for (const float v : plane(c, s)) sum += value(c, v);
-      for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
+      for (const SliceIndex s : texture.extents.slices())
         for (const float v : plane(c, s)) {
           const double d = value(c, v) - sum / n;
           squares += d * d;

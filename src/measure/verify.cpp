@@ -79,7 +79,7 @@ void check_nets(const Subject& subject, Verification& found) {
                                      subject.samples.space.starts_with("vector"));
   if (!in_cube || texture.channels > 3 || subject.step > fine) return;
   int worst = 0;
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s) {
+  for (const SliceIndex s : texture.extents.slices()) {
     const std::optional<int> t = net_quality(interleaved_slice(texture, s), texture.channels);
     if (!t) return;
     worst = std::max(worst, *t);

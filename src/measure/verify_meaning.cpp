@@ -19,8 +19,8 @@ const float* plane(const Texture& texture, SliceIndex slice, std::size_t channel
 
 bool is_constant(const Texture& texture, std::size_t channel) {
   const auto cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
-  const float first = *plane(texture, 0, channel);
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
+  const float first = *plane(texture, SliceIndex(0), channel);
+  for (const SliceIndex s : texture.extents.slices())
     if (std::any_of(plane(texture, s, channel), plane(texture, s, channel) + cells,
                     [first](float v) { return v != first; }))
       return false;
@@ -29,7 +29,7 @@ bool is_constant(const Texture& texture, std::size_t channel) {
 
 bool is_copy(const Texture& texture, std::size_t a, std::size_t b) {
   const auto cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
+  for (const SliceIndex s : texture.extents.slices())
     if (!std::equal(plane(texture, s, a), plane(texture, s, a) + cells, plane(texture, s, b))) return false;
   return true;
 }
@@ -50,7 +50,7 @@ std::vector<std::size_t> channels_in_use(const StoredTexture& stored) {
 Texture decoded(const StoredTexture& stored, const std::vector<std::size_t>& channels, const SampleSpec& samples) {
   Texture texture = make_texture(stored.texture.extents, static_cast<int>(channels.size()));
   const auto cells = static_cast<std::size_t>(stored.texture.extents.cells_per_slice());
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
+  for (const SliceIndex s : texture.extents.slices())
     for (std::size_t i = 0; i < channels.size(); ++i)
       std::copy_n(plane(stored.texture, s, channels[i]), cells, texture.slice(s) + i * cells);
   if (stored.values) return texture;

@@ -28,6 +28,8 @@ void check_values(const Subject& subject, Verification& found);
 // that do not meet, repeats inside.
 void check_slices(const Subject& subject, Verification& found);
 void check_edges(const Subject& subject, Verification& found);
+// Behind which slices others are missing, as far as the spectra tell (verify_gaps.cpp); the last one: at an end.
+std::vector<SliceIndex> gaps_behind(const Texture& texture);
 // Of the spectra (verify_spectrum.cpp): peaks, seen as patterns.
 void check_spectra(const Subject& subject, Verification& found);
 // White or blue along the slices. `space`, `joint`: R under a Gauss over x and y, and with an exponential average

@@ -39,17 +39,19 @@ void check_repeats(const Subject& subject, Verification& found) {
   std::vector<SliceIndex> mirrored;
   std::string first_repeat;
   std::string first_mirror;
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s) {
+  for (const SliceIndex s : texture.extents.slices()) {
     const std::uint64_t own = digest(texture, s, false, false);
     if (const auto earlier = seen.find(own); earlier != seen.end()) {
-      if (repeated.empty()) first_repeat = fmt::format("slice {} is slice {} again", s, earlier->second);
+      if (repeated.empty())
+        first_repeat = fmt::format("slice {} is slice {} again", s.value(), earlier->second.value());
       repeated.push_back(s);
       continue;
     }
     for (const auto& [flip_x, flip_y] : {std::pair(true, false), std::pair(false, true), std::pair(true, true)}) {
       const auto earlier = seen.find(digest(texture, s, flip_x, flip_y));
       if (earlier == seen.end()) continue;
-      if (mirrored.empty()) first_mirror = fmt::format("slice {} is slice {} mirrored", s, earlier->second);
+      if (mirrored.empty())
+        first_mirror = fmt::format("slice {} is slice {} mirrored", s.value(), earlier->second.value());
       mirrored.push_back(s);
     }
     seen.emplace(own, s);
@@ -101,16 +103,16 @@ double median_of(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// Values that stand out of their company: farther from the median than `least` and than nine times what the median
+// Which values stand out of their company: farther from the median than `least` and than nine times what the median
 // deviation tells of normal numbers (of which one in 10^18 is).
-std::vector<SliceIndex> outliers(const std::vector<double>& values, double least) {
+std::vector<std::size_t> outliers(const std::vector<double>& values, double least) {
   const double middle = median_of(values);
   std::vector<double> deviations;
   for (const double v : values) deviations.push_back(std::abs(v - middle));
   const double bound = std::max(least, 9 * 1.4826 * median_of(deviations));
-  std::vector<SliceIndex> far;
+  std::vector<std::size_t> far;
   for (std::size_t i = 0; i < values.size(); ++i)
-    if (std::abs(values[i] - middle) > bound) far.push_back(static_cast<SliceIndex>(i));
+    if (std::abs(values[i] - middle) > bound) far.push_back(i);
   return far;
 }
 
@@ -118,17 +120,19 @@ std::vector<SliceIndex> outliers(const std::vector<double>& values, double least
 // texture was made.
 void check_order(const Subject& subject, Verification& found) {
   const Texture& texture = subject.texture;
-  const SliceIndex slices = texture.extents.num_slices();
-  constexpr SliceIndex fewest = 8;
+  const std::int32_t slices = texture.extents.num_slices();
+  constexpr std::int32_t fewest = 8;
   if (texture.extents.num_axes() != 3 || slices < fewest) return;
   std::vector<double> pairs;
-  for (SliceIndex s = 0; s < slices; ++s) pairs.push_back(slices_correlation(texture, s, (s + 1) % slices));
+  for (const SliceIndex s : texture.extents.slices())
+    pairs.push_back(slices_correlation(texture, s, texture.extents.slice_at(s, {1})));
   // A correlation of n random pairs has the deviation 1 / sqrt(n).
   const double chance = 1 / std::sqrt(static_cast<double>(texture.extents.cells_per_slice()) * texture.channels);
   constexpr double certain = 6;
   if (std::abs(median_of(pairs)) < 2 * certain * chance) return;
-  std::vector<SliceIndex> breaks = outliers(pairs, certain * chance);
-  const bool ends = !breaks.empty() && breaks.back() == slices - 1;
+  std::vector<SliceIndex> breaks;
+  for (const std::size_t pair : outliers(pairs, certain * chance)) breaks.emplace_back(pair);
+  const bool ends = !breaks.empty() && breaks.back() == SliceIndex(slices - 1);
   if (ends) breaks.pop_back();
   if (ends && breaks.empty()) {
     found.findings.push_back(
@@ -144,7 +148,27 @@ void check_order(const Subject& subject, Verification& found) {
        fmt::format(
            "the series of slices breaks after slice{} {} (correlation with the next {:.3f}, others {:.3f}): slices "
            "are missing, swapped or changed there",
-           breaks.size() == 1 ? "" : "s", list_text(breaks), pairs[size_of(breaks.front())], median_of(pairs))});
+           breaks.size() == 1 ? "" : "s", list_text(breaks), pairs[size_of(breaks.front().value())],
+           median_of(pairs))});
+}
+
+// What the correlation of values does not show.
+void check_gaps(const Subject& subject, Verification& found) {
+  std::vector<SliceIndex> gaps = gaps_behind(subject.texture);
+  if (gaps.empty()) return;
+  const SliceIndex last(subject.texture.extents.num_slices() - 1);
+  const bool at_end = gaps.back() == last;
+  if (at_end) gaps.pop_back();
+  if (at_end && gaps.empty()) {
+    found.findings.push_back({"slice-loop", true,
+                              "the spectra of the last slices and the first are related as those of slices further "
+                              "apart are elsewhere: slices are missing at an end"});
+    return;
+  }
+  found.findings.push_back({"slice-order", true,
+                            fmt::format("slices are missing after slice{} {}: the spectra on its two sides are "
+                                        "related as those of slices further apart are elsewhere",
+                                        gaps.size() == 1 ? "" : "s", list_text(gaps))});
 }
 
 // A filter over x and y whose error is looked at along borders: the middle tap, and those on one side of it.
@@ -208,14 +232,11 @@ double error_of_border(const std::vector<double>& errors) {
   constexpr std::size_t fewest = 16;
   if (errors.size() < fewest) return 1;
   const double inside = median_of(errors);
-  const std::vector<SliceIndex> far = outliers(errors, inside / 4);
-  if (errors.back() < inside ||
-      std::find(far.begin(), far.end(), static_cast<SliceIndex>(errors.size()) - 1) == far.end())
-    return 1;
-  const auto reach = static_cast<SliceIndex>(4);  // of the filter: what lies nearer to the edges may be far, too
-  const auto inner = std::count_if(far.begin(), far.end(), [&](SliceIndex l) {
-    return l >= reach && l + reach + 1 < static_cast<SliceIndex>(errors.size());
-  });
+  const std::vector<std::size_t> far = outliers(errors, inside / 4);
+  if (errors.back() < inside || far.empty() || far.back() + 1 != errors.size()) return 1;
+  constexpr std::size_t reach = 4;  // of the filter: what lies nearer to the edges may be far, too
+  const auto inner =
+      std::count_if(far.begin(), far.end(), [&](std::size_t l) { return l >= reach && l + reach + 1 < errors.size(); });
   return inner > 1 ? 1 : errors.back() / inside;  // else it is uneven everywhere
 }
 
@@ -239,7 +260,7 @@ void check_border(const Subject& subject, bool columns, Verification& found) {
 bool repeats_at(const Texture& texture, std::size_t dx, std::size_t dy) {
   const std::size_t width = size_of(texture.extents.width());
   const std::size_t height = size_of(texture.extents.height());
-  const float* const plane = texture.slice(0);
+  const float* const plane = texture.slice(SliceIndex(0));
   for (std::size_t y = 0; y < height; ++y)
     for (std::size_t x = 0; x < width; ++x)
       if (plane[y * width + x] != plane[(y + dy) % height * width + (x + dx) % width]) return false;
@@ -249,8 +270,10 @@ bool repeats_at(const Texture& texture, std::size_t dx, std::size_t dy) {
 }  // namespace
 
 void check_slices(const Subject& subject, Verification& found) {
+  const std::size_t before = found.findings.size();
   check_repeats(subject, found);
   check_order(subject, found);
+  if (found.findings.size() == before) check_gaps(subject, found);
 }
 
 void check_edges(const Subject& subject, Verification& found) {

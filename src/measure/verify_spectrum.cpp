@@ -68,7 +68,7 @@ double power_around(const PlaneSpectrum& spectrum, int x, int y) {
 
 // Of how many independent planes the spectrum is a mean, at least: power over that around it varies by one over their
 // number. Slices that are one slice, shifted, have one spectrum.
-double independent_planes(const PlaneSpectrum& spectrum, SliceIndex slices) {
+double independent_planes(const PlaneSpectrum& spectrum, std::int32_t slices) {
   std::vector<double> ratios;
   for (int y = 1; y + 1 < spectrum.height; ++y)
     for (int x = 1; x + 1 < spectrum.width; ++x) {

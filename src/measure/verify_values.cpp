@@ -53,8 +53,8 @@ std::string cause_of(const Subject& subject, double distance) {
 // Where few slices alone are unlike, these are named; else the whole is.
 void check_distribution(const Subject& subject, Verification& found) {
   std::vector<SliceIndex> unlike;
-  const SliceIndex slices = subject.texture.extents.num_slices();
-  for (SliceIndex s = 0; s < slices && slices > 1; ++s)
+  const std::int32_t slices = subject.texture.extents.num_slices();
+  for (const SliceIndex s : first_indices<SliceIndex>(slices > 1 ? slices : 0))
     if (distribution_distance(slice_of(subject.texture, s), subject.samples) > 1) unlike.push_back(s);
   const std::string warning = distribution_warning(subject.texture, subject.samples);
   if (!unlike.empty() && 2 * unlike.size() <= static_cast<std::size_t>(slices)) {
@@ -89,7 +89,7 @@ LevelCounts count_levels(const Subject& subject, std::size_t channel) {
   std::vector<std::int64_t> one(levels);
   const std::size_t cells = cells_of(stored);
   counts.least_in_a_slice = stored.extents.num_cells();
-  for (SliceIndex s = 0; s < stored.extents.num_slices(); ++s) {
+  for (const SliceIndex s : stored.extents.slices()) {
     std::fill(one.begin(), one.end(), 0);
     const float* const plane = stored.slice(s) + channel * cells;
     for (std::size_t i = 0; i < cells; ++i)
@@ -138,7 +138,7 @@ void check_alpha(const Subject& subject, Verification& found) {
   bool below = true;
   bool varies = false;
   double room = 0;  // mean of alpha: what colours of their own would exceed as often
-  for (SliceIndex s = 0; s < stored.extents.num_slices(); ++s) {
+  for (const SliceIndex s : stored.extents.slices()) {
     const float* const a = stored.slice(s) + alpha * cells;
     for (std::size_t i = 0; i < cells; ++i) {
       varies = varies || a[i] != a[0];
@@ -174,7 +174,7 @@ std::string list_text(const std::vector<SliceIndex>& numbers) {
   constexpr std::size_t most = 6;
   std::string text;
   for (std::size_t i = 0; i < std::min(numbers.size(), most); ++i)
-    text += fmt::format("{}{}", i == 0 ? "" : i + 1 == numbers.size() ? " and " : ", ", numbers[i]);
+    text += fmt::format("{}{}", i == 0 ? "" : i + 1 == numbers.size() ? " and " : ", ", numbers[i].value());
   return numbers.size() > most ? fmt::format("{} and {} more", text, numbers.size() - most) : text;
 }
 

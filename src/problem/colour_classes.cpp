@@ -177,7 +177,7 @@ std::vector<std::vector<SliceIndex>> colour_classes(const Footprint& footprint) 
     num_classes *= colours.back().count();
   }
   std::vector<std::vector<SliceIndex>> classes(static_cast<std::size_t>(num_classes));
-  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : extents.slices()) {
     const Extents::SliceCoord coord = extents.slice_coord(slice);
     std::int64_t index = 0;
     for (std::size_t axis = colours.size(); axis-- > 0;) {

@@ -19,7 +19,7 @@
 
 namespace noiseloom {
 
-MeanDistance::MeanDistance(DistanceKind kind, int channels, std::int64_t cells_per_slice, SliceIndex num_slices)
+MeanDistance::MeanDistance(DistanceKind kind, int channels, std::int64_t cells_per_slice, std::int32_t num_slices)
     : kind_(kind), channels_(channels), cells_per_slice_(cells_per_slice), num_slices_(num_slices) {
   NOISELOOM_CHECK(channels == 1 || !is_one_dimensional(kind));
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <vector>
 
 #include "noiseloom/core/random.h"
@@ -46,10 +47,10 @@ std::vector<SampleBlock> load_blocks(const Division& division, std::int64_t firs
                                      const SliceList& list) {
   std::vector<SampleBlock> blocks;
   std::vector<std::vector<float>> of_slice;
-  SliceIndex loaded = -1;
+  std::optional<SliceIndex> loaded;
   for (std::int64_t k = first; k < first + count; ++k) {
     const std::int64_t block = k % division.num_blocks();
-    const auto slice = narrow<SliceIndex>(block / division.parts);
+    const auto slice = SliceIndex(block / division.parts);
     if (slice != loaded) of_slice = dealt(division, slice, list(slice));
     loaded = slice;
     blocks.push_back(
@@ -60,7 +61,7 @@ std::vector<SampleBlock> load_blocks(const Division& division, std::int64_t firs
 
 double sorted_mean(const Division& division, const SliceList& list) {
   SampleBlock all;
-  for (SliceIndex slice = 0; slice < division.num_slices; ++slice) {
+  for (const SliceIndex slice : first_indices<SliceIndex>(division.num_slices)) {
     const std::vector<float> samples = list(slice);
     all.values.insert(all.values.end(), samples.begin(), samples.end());
   }
@@ -98,7 +99,7 @@ double Division::pair_factor() const {
   return (1 - slices * own / all) / (slices * ring);
 }
 
-Division divide_pairs(DistanceKind kind, int channels, std::int64_t cells_per_slice, SliceIndex num_slices,
+Division divide_pairs(DistanceKind kind, int channels, std::int64_t cells_per_slice, std::int32_t num_slices,
                       const PairBudget& budget) {
   const std::int64_t num_samples = cells_per_slice * num_slices;
   Division division{kind, channels, cells_per_slice, num_slices};

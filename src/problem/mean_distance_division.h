@@ -39,7 +39,7 @@ struct Division {
   double pair_factor() const;
 };
 
-Division divide_pairs(DistanceKind kind, int channels, std::int64_t cells_per_slice, SliceIndex num_slices,
+Division divide_pairs(DistanceKind kind, int channels, std::int64_t cells_per_slice, std::int32_t num_slices,
                       const PairBudget& budget = {});
 
 // The share of one task in m.

@@ -75,7 +75,7 @@ void write_csv(const std::string& run_file, const std::vector<std::string>& file
   output.check(files);
   const bool one_a_slice = files.size() > 1;
   std::unique_ptr<OutputStream> stream;
-  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : extents.slices()) {
     if (one_a_slice || stream == nullptr) {
       if (stream != nullptr) stream->close();
       stream = output.open(files[one_a_slice ? static_cast<std::size_t>(slice) : 0]);

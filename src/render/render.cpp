@@ -10,9 +10,9 @@
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/stopwatch.h"
 #include "noiseloom/render/result.h"
-#include "render/effects.h"
-#include "render/frames.h"
-#include "render/job.h"
+#include "render/jobs/effects.h"
+#include "render/jobs/frames.h"
+#include "render/jobs/job.h"
 
 namespace noiseloom::render {
 namespace {
@@ -59,7 +59,7 @@ std::string note_of_places(const Scene& scene, const Noise& noise, Effect effect
   std::set<std::array<std::int64_t, 3>> places;
   for (int i = 0; i < values; ++i) {
     const TextureRead::Place place = read.place(0, i);
-    places.insert({place.dx, place.dy, place.slice});
+    places.insert({place.dx, place.dy, place.slice.value()});
   }
   const auto apart = std::ssize(places);
   if (apart == values) return {};

@@ -8,7 +8,7 @@
 
 #include "noiseloom/core/json.h"
 #include "noiseloom/core/quantity_text.h"
-#include "render/frames.h"
+#include "render/jobs/frames.h"
 
 namespace noiseloom::render {
 namespace {
@@ -239,11 +239,11 @@ std::string results_text(const Result& result) {
                (std::isfinite(value.error) ? fmt::format(" ({})", digits_text(value.error)) : std::string());
       });
     }
+    const double* const biases = result.bias.data() + effect * result.stages.size();
     std::string bias = fmt::format("  {:<{}}", "bias", width_of_names(result));
-    for (std::size_t stage = 0; stage < result.stages.size() && !std::isnan(result.bias.front()); ++stage)
-      bias += fmt::format("  {:>{}}", digits_text(result.bias[effect * result.stages.size() + stage]),
-                          width_of_stage(result.stages[stage]));
-    text += std::isnan(result.bias.front()) ? "" : bias + "\n";
+    for (std::size_t stage = 0; stage < result.stages.size(); ++stage)
+      bias += fmt::format("  {:>{}}", digits_text(biases[stage]), width_of_stage(result.stages[stage]));
+    text += std::isnan(biases[0]) ? "" : bias + "\n";
     if (std::isnan(result.over_white(effect, 0, 0, result.frames - 1))) continue;
     text += fmt::format("\n{}, over the error of white noise{}\n", name_of(result.effects[effect]),
                         result.predictions.empty() ? "" : " [as the score of the texture promises]");
@@ -254,7 +254,7 @@ std::string results_text(const Result& result) {
     });
     text += "\n";
   }
-  if (result.bias.empty() || std::isnan(result.bias.front())) return text;
+  if (std::all_of(result.bias.begin(), result.bias.end(), [](double bias) { return std::isnan(bias); })) return text;
   return text +
          "bias: how far filters (and the steps of a march) take the mean from the converged truth, whatever the "
          "noise;\n"

@@ -150,7 +150,7 @@ class Analysis {
 
   void show_slices() {
     const ValueRange range = shown_range(file_);
-    const Picture first = shown(slice_picture(texture_, range, 0), most_pixels_shown, shown_size);
+    const Picture first = shown(slice_picture(texture_, range, SliceIndex(0)), most_pixels_shown, shown_size);
     const int factor = first.width / std::min(narrow<int>(extents_.width()), most_pixels_shown);
     const std::string colours = texture_.channels == 1   ? "value as grey"
                                 : texture_.channels == 2 ? "the two values as red and green"
@@ -161,20 +161,21 @@ class Analysis {
                        fmt::format("{}irst slice, {}, every pixel {} x {}.",
                                    is_whole(most_pixels_shown) ? "F" : "A corner of the f", colours, factor, factor)));
     report_.sections.push_back(std::move(section));
-    const SliceIndex count = std::min<SliceIndex>(slices_shown, extents_.num_slices());
+    const std::int32_t count = std::min<std::int32_t>(slices_shown, extents_.num_slices());
     if (count == 1) return;
     ReportSection slices{"Its first slices", "", {}};
-    for (SliceIndex s = 0; s < count; ++s)
-      slices.figures.push_back(writer_.figure(
-          fmt::format("slice_{}.png", s), shown(slice_picture(texture_, range, s), shown_quarter, shown_quarter),
-          fmt::format("{}lice {}.", is_whole(shown_quarter) ? "S" : "Corner of s", s)));
+    for (const SliceIndex s : first_indices<SliceIndex>(count))
+      slices.figures.push_back(
+          writer_.figure(fmt::format("slice_{}.png", s.value()),
+                         shown(slice_picture(texture_, range, s), shown_quarter, shown_quarter),
+                         fmt::format("{}lice {}.", is_whole(shown_quarter) ? "S" : "Corner of s", s.value())));
     report_.sections.push_back(std::move(slices));
   }
 
   void show_filtered_error() {
     const Footprint footprint(extents_, *filter_);
     if (footprint.slices().front().taps.empty()) return;  // the filter does nothing inside a slice
-    const FilteredError error = filtered_error(texture_, 0, footprint);
+    const FilteredError error = filtered_error(texture_, SliceIndex(0), footprint);
     const auto figure = [&](const std::string& name, const Picture& picture, const std::string& caption) {
       return writer_.figure(name, shown(picture, shown_small, shown_small), caption);
     };

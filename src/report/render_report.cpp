@@ -61,7 +61,12 @@ Picture beside(const Picture& a, const Picture& b) {
   return both;
 }
 
-std::string number_or_none(double value) { return std::isnan(value) ? "" : digits_text(value); }
+// How many times: "1.7", and of hundreds and more two digits, "32000".
+std::string times_text(double times) {
+  if (times < 99.95) return fmt::format("{:.1f}", times);
+  const double unit = std::pow(10, std::floor(std::log10(times)) - 1);
+  return fmt::format("{:.0f}", std::round(times / unit) * unit);
+}
 
 class Page {
  public:
@@ -118,7 +123,9 @@ class Page {
   ReportTable table(std::size_t effect) const {
     ReportTable table{{"after"}, {}};
     for (const std::string& noise : result_.noises) table.columns.push_back(noise);
-    table.columns.push_back("bias of the filter");
+    const double* const biases = result_.bias.data() + effect * result_.stages.size();
+    const bool has_bias = !std::isnan(biases[0]);  // none where the truth is another in every frame
+    if (has_bias) table.columns.push_back("bias of the filter");
     for (std::size_t stage = 0; stage < result_.stages.size(); ++stage) {
       ReportTableRow row{{result_.stages[stage].to_string()}, ""};
       for (std::size_t noise = 0; noise < result_.noises.size(); ++noise) {
@@ -129,7 +136,7 @@ class Page {
                             (promised && ratio > 0 ? fmt::format(" [{}]", digits_text(*promised * value.mean / ratio))
                                                    : std::string()));
       }
-      row.cells.push_back(number_or_none(result_.bias[effect * result_.stages.size() + stage]));
+      if (has_bias) row.cells.push_back(digits_text(biases[stage]));
       row.strong = stage == main_stage();
       table.rows.push_back(row);
     }
@@ -287,11 +294,11 @@ std::string sample_sentence(const Result& result, std::size_t effect, std::size_
   text += "; at the same error it needs ";
   std::string others;
   for (std::size_t i = order.size(); i-- > 1;)
-    others += fmt::format("{}{:.1f} times fewer samples than {}",
+    others += fmt::format("{}{} times fewer samples than {}",
                           others.empty() ? ""
                           : i == 1       ? " and "
                                          : ", ",
-                          order[i].first / best, result.noises[order[i].second]);
+                          times_text(order[i].first / best), result.noises[order[i].second]);
   return text + others + ".";
 }
 

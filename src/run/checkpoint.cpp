@@ -165,10 +165,11 @@ void check_permutations(const RunFileReader& file) {
   ContentFaults faults(file.path());
   for (const char* name : {permutation_name, given_name}) {
     if (file.dataset(name) < 0) continue;
-    for (SliceIndex slice = 0; slice < extents.num_slices() && !faults.any(); ++slice) {
+    for (const SliceIndex slice : extents.slices()) {
+      if (faults.any()) break;
       file.read_slice(file.dataset(name), slice, std::as_writable_bytes(std::span(ids)));
       const std::string fault = permutation_fault(ids);
-      faults.require(fault.empty(), fmt::format("{}, slice {}: {}", name, slice, fault));
+      faults.require(fault.empty(), fmt::format("{}, slice {}: {}", name, slice.value(), fault));
     }
   }
   faults.throw_if_any();
@@ -286,7 +287,7 @@ void restore_run(const RunFileReader* file, const RunConfig& config, SwapOptimiz
     ids.resize(bytes.size() / sizeof(SampleId));
     std::memcpy(ids.data(), bytes.data(), bytes.size());
     const std::string fault = permutation_fault(ids);
-    faults.require(fault.empty(), fmt::format("{}, slice {}: {}", name, slice, fault));
+    faults.require(fault.empty(), fmt::format("{}, slice {}: {}", name, slice.value(), fault));
   };
   const auto consume = [&](SliceIndex slice, std::span<const std::byte> block) {
     take_ids(permutation_name, slice, block.first(id_bytes), permutations[slice]);
@@ -301,7 +302,7 @@ void restore_run(const RunFileReader* file, const RunConfig& config, SwapOptimiz
         return a.value() / of_stratum == b.value() / of_stratum;
       });
       faults.require(kept, fmt::format("{}, slice {}: has left the strata over time that the run began with",
-                                       permutation_name, slice));
+                                       permutation_name, slice.value()));
     }
     stored[slice].assign(block.begin() + static_cast<std::ptrdiff_t>(of_ids), block.end());
   };
@@ -318,7 +319,7 @@ void restore_run(const RunFileReader* file, const RunConfig& config, SwapOptimiz
         throw UserError(path,
                         fmt::format("slice {}: the stored samples are not those that the config yields now; has a "
                                     "sample file changed, or the program's version?",
-                                    slice));
+                                    slice.value()));
       }
     }
   });

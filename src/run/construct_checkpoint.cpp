@@ -132,7 +132,8 @@ void check_rows(const ConstructState& state, const std::string& path) {
 std::string places_fault(const ConstructProgress& progress, SliceIndex slice, std::span<const std::uint32_t> places) {
   if (is_sound(progress, places)) return "";
   return fmt::format("{}, slice {}: its places are not those of phase {} with {} pixels placed", permutation_name,
-                     slice, construct_phase_names[static_cast<std::size_t>(progress.phase)], progress.num_placed);
+                     slice.value(), construct_phase_names[static_cast<std::size_t>(progress.phase)],
+                     progress.num_placed);
 }
 
 }  // namespace
@@ -143,7 +144,7 @@ const char* construct_phase_name(ConstructPhase phase) {
 
 bool is_construct_run(const RunFileContent& content) { return content.state.contains("sharpness"); }
 
-ConstructState construct_state_of(const ConstructProgress& progress, SliceIndex num_slices, double sharpness,
+ConstructState construct_state_of(const ConstructProgress& progress, std::int32_t num_slices, double sharpness,
                                   std::vector<ConstructRow> history) {
   return {.phase = construct_phase_name(progress.phase),
           .start_points = progress.num_start_points,
@@ -203,7 +204,8 @@ void check_places(const RunFileReader& file, const ConstructState& state) {
   const ConstructProgress progress = progress_of(state, extents, file.path());
   std::vector<std::uint32_t> places(static_cast<std::size_t>(extents.cells_per_slice()));
   ContentFaults faults(file.path());
-  for (SliceIndex slice = 0; slice < extents.num_slices() && !faults.any(); ++slice) {
+  for (const SliceIndex slice : extents.slices()) {
+    if (faults.any()) break;
     file.read_slice(file.dataset(permutation_name), slice, std::as_writable_bytes(std::span(places)));
     const std::string fault = places_fault(progress, slice, places);
     faults.require(fault.empty(), fault);
@@ -288,7 +290,7 @@ ConstructState restore_construct_run(const RunFileReader* file, const RunConfig&
     });
     faults.require(same, fmt::format("slice {}: the stored samples are not those that the config yields now; has a "
                                      "sample file changed, or the program's version?",
-                                     slice));
+                                     slice.value()));
   };
   communicator.stream_from_root(wanted, produce, consume);
   communicator.together([&] { faults.throw_if_any(); });

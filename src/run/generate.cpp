@@ -214,7 +214,7 @@ void Generation::greet() const {
   progress_.say(fmt::format("{} on {} {} of {} {}", job_->title(), communicator_.size(),
                             communicator_.size() == 1 ? "rank" : "ranks", threads_,
                             threads_ == 1 ? "thread" : "threads"));
-  const SliceIndex slices = config_.problem.extents.num_slices();
+  const std::int32_t slices = config_.problem.extents.num_slices();
   if (communicator_.size() > slices) {
     progress_.say(
         fmt::format("{} of {} ranks have no slice and only wait", communicator_.size() - slices, communicator_.size()));

@@ -124,7 +124,7 @@ std::map<SliceIndex, std::vector<std::uint32_t>> ConstructJob::places() const {
   const HaloPlan needed = slices_that_count(overlap_, distribution);
   HaloExchange exchange(*communicator_, needed, distribution);
   std::map<SliceIndex, std::vector<std::uint32_t>> all;
-  for (SliceIndex slice = 0; slice < config_.problem.extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : config_.problem.extents.slices()) {
     std::vector<SliceSwaps> told;
     if (distribution.owns(slice)) {
       all[slice] = run_->places(slice);
@@ -148,11 +148,12 @@ std::map<SliceIndex, std::vector<std::uint32_t>> ConstructJob::places() const {
 void ConstructJob::score() {
   const Distribution& distribution = run_->distribution();
   const HaloPlan needed = slices_that_count(overlap_, distribution);
+  mean_distance_ =
+      mean_distance(source_, *communicator_, *pool_);  // takes much memory, and so before the places are heard
   const auto heard = places();
   const IndexRange<SliceIndex> own = distribution.own_slices();
   std::vector<SliceIndex> held(own.begin(), own.end());
   held.insert(held.end(), needed.needed().begin(), needed.needed().end());
-  mean_distance_ = mean_distance(source_, *communicator_, *pool_);
   const auto planar = [&](SliceIndex slice) {
     const int channels = source_.channels();
     return planes_of(samples_of_places(heard.at(slice), source_.list(slice), channels), channels);

@@ -42,7 +42,7 @@ SampleSpec thinned(const SampleSpec& samples, const SampleSource& source, std::i
   const std::int64_t num_slices = std::min({most_slices, std::int64_t{source.num_slices()}, wanted});
   std::vector<std::vector<float>> lists;
   for (std::int64_t i = 0; i < num_slices; ++i) {
-    lists.push_back(source.list(narrow<SliceIndex>(i * source.num_slices() / num_slices)));
+    lists.push_back(source.list(SliceIndex(i * source.num_slices() / num_slices)));
   }
   const auto channels = static_cast<std::size_t>(source.channels());
   const auto n = static_cast<std::uint64_t>(source.cells_per_slice());

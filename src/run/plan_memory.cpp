@@ -26,6 +26,10 @@ constexpr double coupled_slice_bytes = 48;
 // Swaps a candidate while the run is hot.
 constexpr double hot_acceptance = 0.45;
 
+int ranks_on_node(const PlanRequest& request) {
+  return request.ranks_per_node > 0 ? std::min(request.ranks_per_node, request.ranks) : request.ranks;
+}
+
 std::int64_t round_up(std::int64_t n, std::int64_t multiple) { return (n + multiple - 1) / multiple * multiple; }
 
 // One thread: the copy of the tile and of its transpose, positions of samples both ways, and what of the other slices
@@ -56,14 +60,12 @@ double mover_bytes(const SwapSizes& sizes, const FilterOutline& judged) {
 }  // namespace
 
 double program_bytes(const PlanRequest& request) {
-  const int on_node = request.ranks_per_node > 0 ? std::min(request.ranks_per_node, request.ranks) : request.ranks;
-  const double ranks = request.ranks == 1 ? alone_bytes : launched_bytes + peer_bytes * (on_node - 1);
+  const double ranks = request.ranks == 1 ? alone_bytes : launched_bytes + peer_bytes * (ranks_on_node(request) - 1);
   return ranks + thread_bytes * (request.threads - 1);
 }
 
 double bytes_of_node(double writer, double other, const PlanRequest& request) {
-  const int on_node = request.ranks_per_node > 0 ? std::min(request.ranks_per_node, request.ranks) : request.ranks;
-  return writer + other * (on_node - 1);
+  return writer + other * (ranks_on_node(request) - 1);
 }
 
 PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, const FilterOutline& judged,
@@ -116,8 +118,11 @@ PlanMemory order_memory(const VacSpec& spec, double kernel_taps, const PlanReque
   memory.program = program_bytes(request);
   memory.texture = own * (4 + order);
   memory.filter = 16 * kernel_taps;
-  memory.threads = own * 3.5;  // bounds of the search, candidates
-  memory.at_save = cells * (4 + 2 * order);
+  // Bounds of the search; candidates, whose choice every rank makes for itself, from those of all; and the messages
+  // that they come in.
+  constexpr double message_bytes = 1.2 * mebi;
+  memory.threads = own * 2.5 + as_double(spec.extents.num_cells()) * 1.2 + message_bytes * (ranks_on_node(request) - 1);
+  memory.at_save = cells * (4 + order);
   return memory;
 }
 
@@ -137,7 +142,8 @@ PlanMemory construct_memory(const Extents& extents, const FilterOutline& overlap
   // The mean distance: all samples in double and the list of a slice, or blocks of them.
   const double sorted =
       samples <= 0x1p26 && rank.rank == Rank(0) ? 8 * samples + 4 * cells : 12 * std::min(samples, 0x1p20);
-  memory.at_score = std::max(held * 4 * cells, sorted);
+  // R: the places of all slices that count for a rank, and their samples; those of one slice twice more on their way.
+  memory.at_score = std::max((2 * held + 2) * 4 * cells, sorted);
   // A node of a tree for every tap, while rows are cut.
   memory.at_start = tap_bytes_while_built * as_double(overlap.num_taps);
   memory.at_save = 12 * cells;

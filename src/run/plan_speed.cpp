@@ -119,7 +119,7 @@ double seconds_of_estimates(const SwapDelta& delta, const std::vector<CellPair>&
 
 MoverSpeed speed_of(SwapDelta& delta, const SliceField& field, WindowSize window) {
   const FieldOf others = [&field](SliceIndex) -> const SliceField& { return field; };
-  const double bound_s = quicker_of_two([&] { delta.bind(0, field, others); });
+  const double bound_s = quicker_of_two([&] { delta.bind(SliceIndex(0), field, others); });
   const std::vector<CellPair> pairs = some_pairs(window);
   double sum = 0;
   std::size_t judged = 0;
@@ -154,7 +154,8 @@ void measure_moves(const RunConfig& config, const FilterOutline& judged, const S
   const ProblemSpec& problem = small.problem;
   const Footprint footprint(problem.extents, problem.filter, config.optimizer.cutoff);
   SliceField field(FieldLayout(footprint, source.channels()));
-  field.fill(start_permutation(problem.seed, 0, problem.extents.cells_per_slice()), source.list(0));
+  field.fill(start_permutation(problem.seed, SliceIndex(0), problem.extents.cells_per_slice()),
+             source.list(SliceIndex(0)));
   const ValueKernel kernel = make_value_kernel(problem, source.channels(), source.distance());
   const std::optional<FeatureMap> sieve = features_of_sieve(config.optimizer, footprint, kernel, source);
   const bool many = wants_many_features(footprint, sieve.has_value());
@@ -186,11 +187,11 @@ double measure_score(const ProblemSpec& problem, int channels, DistanceKind dist
   const Footprint footprint(plane, box);
   const SampleSource source(problem.samples, plane.cells_per_slice(), 1, 1);
   SliceField field(FieldLayout(footprint, channels));
-  field.fill(start_permutation(1, 0, plane.cells_per_slice()), source.list(0));
+  field.fill(start_permutation(1, SliceIndex(0), plane.cells_per_slice()), source.list(SliceIndex(0)));
   const std::vector<float> values = field.planar();
   const double took_s = quicker_of_two([&] {
     weighted_distance_sum(
-        footprint, distance, channels, 0, [&](SliceIndex) { return values.data(); }, PairEnds::one);
+        footprint, distance, channels, SliceIndex(0), [&](SliceIndex) { return values.data(); }, PairEnds::one);
   });
   return took_s / static_cast<double>(plane.cells_per_slice()) / (static_cast<double>(footprint.num_taps()) / 2);
 }
@@ -199,7 +200,7 @@ double measure_pairs(const SampleSource& source, int channels, DistanceKind dist
   const bool sorted = distance == DistanceKind::absolute || distance == DistanceKind::circle;
   const std::int64_t count = sorted ? std::int64_t{1} << 14 : 1024;
   std::vector<float> list(static_cast<std::size_t>(count * channels));
-  const std::vector<float> some = source.list(0);
+  const std::vector<float> some = source.list(SliceIndex(0));
   const auto samples = static_cast<std::int64_t>(some.size()) / channels;
   for (std::int64_t k = 0; k < count; ++k) {
     std::copy_n(some.begin() + k * 7919 % samples * channels, channels, list.begin() + k * channels);
@@ -218,7 +219,7 @@ PlanSpeed measure_speed(const RunConfig& config, const FilterOutline& judged, Wi
   const Cell cells = small.problem.extents.cells_per_slice();
   const SampleSource source(small.problem.samples, cells, 1, config.problem.seed);
   PlanSpeed speed;
-  speed.sample = seconds_of([&] { source.list(0); }) / static_cast<double>(cells);
+  speed.sample = seconds_of([&] { source.list(SliceIndex(0)); }) / static_cast<double>(cells);
   speed.pair = measure_pairs(source, channels, distance);
   speed.score_tap = measure_score(small.problem, channels, distance);
   measure_moves(config, judged, small, source, speed);

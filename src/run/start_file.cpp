@@ -115,7 +115,7 @@ StartFile::StartFile(const std::string& path, const Extents& extents, const Samp
     if (ids.empty() && faults.size() < most_faults) {
       faults.push_back({path, fmt::format("slice {}: does not hold the samples of texture.samples, bit for bit; to "
                                           "arrange its own anew, name it in texture.samples, too",
-                                          slice)});
+                                          slice.value())});
     }
     permutations_[slice] = std::move(ids);
   };

@@ -222,13 +222,13 @@ std::vector<float> in_order(std::span<const float> samples, std::size_t channels
 
 }  // namespace
 
-int channels_of_shape(const std::vector<std::int64_t>& shape, std::int64_t cells_per_slice, SliceIndex num_slices,
+int channels_of_shape(const std::vector<std::int64_t>& shape, std::int64_t cells_per_slice, std::int32_t num_slices,
                       const std::string& path) {
   return static_cast<int>(layout_of(shape, cells_per_slice, num_slices, path).channels);
 }
 
 SampleFile::SampleFile(InputArrayPtr array, const std::string& path, DistanceKind distance,
-                       std::int64_t cells_per_slice, SliceIndex num_slices)
+                       std::int64_t cells_per_slice, std::int32_t num_slices)
     : cells_(static_cast<std::size_t>(cells_per_slice)) {
   const Layout layout = layout_of(array->shape, cells_per_slice, num_slices, path);
   check_distance(distance, layout.channels, path);

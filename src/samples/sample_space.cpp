@@ -40,7 +40,7 @@ bool has_pdf(const SampleSpec& spec) { return !spec.is_file() && !space_traits(s
 
 int num_channels(const SampleSpec& spec) { return spec.is_file() ? spec.channels : space_traits(spec).channels; }
 
-int num_channels(const SampleSpec& spec, std::int64_t cells_per_slice, SliceIndex num_slices) {
+int num_channels(const SampleSpec& spec, std::int64_t cells_per_slice, std::int32_t num_slices) {
   if (!spec.is_file()) return num_channels(spec);
   const std::vector<std::int64_t> shape = spec.array ? spec.array->shape : read_npy_shape(spec.file);
   return channels_of_shape(shape, cells_per_slice, num_slices, spec.file);
@@ -71,13 +71,13 @@ double distance(DistanceKind kind, int channels, const float* a, const float* b)
 struct SampleSource::Impl {
   SampleSpec spec;
   std::int64_t cells_per_slice;
-  SliceIndex num_slices;
+  std::int32_t num_slices;
   std::uint64_t seed;
   std::shared_ptr<const SampleSpace> space;  // null for a file
   std::optional<SampleFile> file;
 };
 
-SampleSource::SampleSource(const SampleSpec& spec, std::int64_t cells_per_slice, SliceIndex num_slices,
+SampleSource::SampleSource(const SampleSpec& spec, std::int64_t cells_per_slice, std::int32_t num_slices,
                            std::uint64_t seed)
     : impl_(std::make_unique<Impl>(Impl{spec, cells_per_slice, num_slices, seed, {}, {}})) {
   NOISELOOM_CHECK_LE(1, cells_per_slice);
@@ -101,10 +101,10 @@ int SampleSource::channels() const { return num_channels(impl_->spec); }
 DistanceKind SampleSource::distance() const { return distance_kind(impl_->spec, channels()); }
 
 std::int64_t SampleSource::cells_per_slice() const { return impl_->cells_per_slice; }
-SliceIndex SampleSource::num_slices() const { return impl_->num_slices; }
+std::int32_t SampleSource::num_slices() const { return impl_->num_slices; }
 
 std::vector<float> SampleSource::list(SliceIndex slice) const {
-  NOISELOOM_CHECK(slice >= 0 && slice < impl_->num_slices);
+  NOISELOOM_CHECK(first_indices<SliceIndex>(impl_->num_slices).contains(slice));
   if (impl_->file) return impl_->file->list(slice);
   const SampleSpace& space = *impl_->space;
   const int dimensions = space.traits().dimensions;

@@ -23,7 +23,7 @@ class SobolSpace : public MappedSpace {
   void list_of_slice(std::int64_t n, SliceIndex slice, std::uint64_t seed, const JitterOf& /*jitter*/,
                      float* samples) const override {
     const auto channels = static_cast<std::size_t>(traits().channels);
-    const std::int64_t first = n * slice;
+    const std::int64_t first = n * slice.value();
     NOISELOOM_CHECK(first + n <= std::int64_t{1} << sobol_bits);
     std::vector<float> points(static_cast<std::size_t>(n) * channels);
     std::vector<std::pair<std::int64_t, std::size_t>> order;  // stratum, point

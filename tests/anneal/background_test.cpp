@@ -50,16 +50,16 @@ TEST(Background, IsTheLowRankKernelSummedOverTheOtherSlices) {
       const FeatureMap map(kernel, 19, samples_of(texture, 1));
       const auto with = make_swap_delta(footprint, kernel, Precision::float32, &map);
       const auto exact = make_swap_delta(footprint, kernel, Precision::float64);
-      with->bind(1, texture.field(1), texture.field_of());
-      exact->bind(1, texture.field(1), texture.field_of());
+      with->bind(SliceIndex(1), texture.field(SliceIndex(1)), texture.field_of());
+      exact->bind(SliceIndex(1), texture.field(SliceIndex(1)), texture.field_of());
       const auto by_features = [&](const float* a, const float* b) {
         return kernel_by_features(map, map.features(a), map.features(b));
       };
       const auto full = [&](const float* a, const float* b) { return test::oracle_kernel(kernel, a, b); };
       const Cell last = one.extents.cells_per_slice() - 1;
       for (const CellPair pair : {test::pair(0, last), test::pair(last / 2, 3), test::pair(last / 3, last - 1)}) {
-        const double own = exact->delta(pair) - others_change(footprint, texture, 1, pair, full);
-        const double expected = own + others_change(footprint, texture, 1, pair, by_features);
+        const double own = exact->delta(pair) - others_change(footprint, texture, SliceIndex(1), pair, full);
+        const double expected = own + others_change(footprint, texture, SliceIndex(1), pair, by_features);
         EXPECT_NEAR(with->delta(pair), expected, 2e-4 * footprint.weight_zero() + 1e-4 * std::abs(expected))
             << one.name << " " << space.name;
       }
@@ -82,8 +82,8 @@ double relative_error(const Space& space, ValueKernelKind kind, int most_feature
   double size = 0;
   for (std::uint32_t k = 0; k < 30; ++k) {
     const CellPair pair{k, 300 - 7 * k};
-    const double exact = others_change(footprint, texture, 1, pair, full);
-    const double difference = others_change(footprint, texture, 1, pair, by_features) - exact;
+    const double exact = others_change(footprint, texture, SliceIndex(1), pair, full);
+    const double difference = others_change(footprint, texture, SliceIndex(1), pair, by_features) - exact;
     error += difference * difference;
     size += exact * exact;
   }
@@ -212,7 +212,7 @@ TEST(Background, HasTheSameBitsOnAllInstructionSets) {
       const auto values = [&](std::int64_t target) {
         hwy::SetSupportedTargetsForTest(target);
         const auto delta = make_swap_delta(footprint, kernel, Precision::float32, &map);
-        delta->bind(1, texture.field(1), texture.field_of());
+        delta->bind(SliceIndex(1), texture.field(SliceIndex(1)), texture.field_of());
         hwy::SetSupportedTargetsForTest(0);
         std::vector<double> all;
         for (Cell i = 1; i < one.extents.cells_per_slice(); ++i) all.push_back(delta->delta(test::pair(i, 0)));
@@ -234,13 +234,13 @@ TEST(Background, FollowsTheSwapsOfItsSlice) {
   const FeatureMap map(kernel, 16, samples_of(texture, 1));
   const auto swapped = make_swap_delta(footprint, kernel, Precision::float32, &map);
   const auto bound = make_swap_delta(footprint, kernel, Precision::float32, &map);
-  swapped->bind(2, texture.field(2), texture.field_of());
+  swapped->bind(SliceIndex(2), texture.field(SliceIndex(2)), texture.field_of());
   for (std::uint32_t k = 0; k < 50; ++k) {
     const CellPair pair{k, 200 - 3 * k};
     swapped->swap(pair);
-    texture.field(2).swap(pair.i, pair.j);
+    texture.field(SliceIndex(2)).swap(pair.i, pair.j);
   }
-  bound->bind(2, texture.field(2), texture.field_of());
+  bound->bind(SliceIndex(2), texture.field(SliceIndex(2)), texture.field_of());
   for (std::uint32_t k = 1; k < 300; ++k) EXPECT_EQ(swapped->delta({0, k}), bound->delta({0, k}));
 }
 
@@ -262,7 +262,7 @@ TEST(FeatureMap, OfTheBulkIsNotDrawnOutByFarTails) {
   const ValueKernel kernel{ValueKernelKind::distance, DistanceKind::euclidean, 3, 1, 1};
   for (const double roughness : {1e-4, 1e-2}) {
     spec.parameters = {roughness, 30};
-    const std::vector<float> list = SampleSource(spec, 4096, 1, 1).list(0);
+    const std::vector<float> list = SampleSource(spec, 4096, 1, 1).list(SliceIndex(0));
     const float a[3] = {static_cast<float>(-roughness / 2), 0, 1};
     const float b[3] = {static_cast<float>(roughness / 2), 0, 1};
     const FeatureMap map(kernel, 16, list);

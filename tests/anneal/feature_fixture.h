@@ -12,7 +12,7 @@ namespace noiseloom::test {
 // The samples of the first slices.
 inline std::vector<float> samples_of(const Texture& texture, int slices) {
   std::vector<float> list;
-  for (SliceIndex slice = 0; slice < slices; ++slice) {
+  for (const SliceIndex slice : first_indices<SliceIndex>(slices)) {
     const SliceField& field = texture.field(slice);
     std::vector<float> values(field.planar().size());
     field.interleaved(values);

@@ -28,11 +28,11 @@ Sums sums_of(const Footprint& footprint, const test::Space& space, unsigned seed
   const FieldLayout layout(footprint, space.channels);
   const FloatScore score(footprint, space.distance, layout);
   std::vector<std::vector<float>> planar;
-  for (SliceIndex slice = 0; slice < footprint.extents().num_slices(); ++slice) {
+  for (const SliceIndex slice : footprint.extents().slices()) {
     planar.push_back(texture.field(slice).planar());
   }
   Sums sums;
-  for (SliceIndex slice = 0; slice < footprint.extents().num_slices(); ++slice) {
+  for (const SliceIndex slice : footprint.extents().slices()) {
     sums.in_float += score.slice_sum(slice, texture.field_of());
     sums.in_double += weighted_distance_sum(footprint, space.distance, space.channels, slice,
                                             [&](SliceIndex s) { return planar[static_cast<std::size_t>(s)].data(); });

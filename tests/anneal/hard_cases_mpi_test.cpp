@@ -22,7 +22,7 @@ using namespace testing_support;
 oracle::Texture texture_of(const SwapOptimizer& engine, const Extents& extents, const SampleSource& source) {
   oracle::Texture texture{extents, source.channels(), source.distance(), {}};
   texture.values.reserve(static_cast<std::size_t>(extents.num_cells()) * static_cast<std::size_t>(texture.channels));
-  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : extents.slices()) {
     const std::vector<float> samples = engine.samples(slice);
     for (std::size_t c = 0; c < static_cast<std::size_t>(texture.channels); ++c) {
       for (std::size_t k = c; k < samples.size(); k += static_cast<std::size_t>(texture.channels)) {
@@ -35,7 +35,7 @@ oracle::Texture texture_of(const SwapOptimizer& engine, const Extents& extents, 
 
 void expect_samples_kept(const SwapOptimizer& engine, const SampleSource& source) {
   const auto channels = static_cast<std::size_t>(source.channels());
-  for (SliceIndex slice = 0; slice < source.num_slices(); ++slice) {
+  for (const SliceIndex slice : first_indices<SliceIndex>(source.num_slices())) {
     const std::vector<float> list = source.list(slice);
     const std::vector<float> samples = engine.samples(slice);
     const Permutation& ids = engine.permutation(slice);
@@ -218,7 +218,7 @@ TEST_F(HardCases, TwoValuedSamples) {
 TEST_F(HardCases, GaussianSamplesWithFarTails) {
   expect_stable(Extents({13, 7, 3}), box_and_ema(), space("gauss"));
   const SampleSpec gaussian = space("gauss");
-  std::vector<float> tails = SampleSource(gaussian, 35, 1, 1).list(0);
+  std::vector<float> tails = SampleSource(gaussian, 35, 1, 1).list(SliceIndex(0));
   for (const float far : {40.0F, 1e6F}) {
     tails.front() = -far;
     tails.back() = far;
@@ -229,7 +229,7 @@ TEST_F(HardCases, GaussianSamplesWithFarTails) {
 
 // Points of several channels are refused where the squares of their distances do not fit float.
 TEST_F(HardCases, SamplesOfAnyScale) {
-  const std::vector<float> unit = SampleSource(space("vector2"), 35, 1, 1).list(0);
+  const std::vector<float> unit = SampleSource(space("vector2"), 35, 1, 1).list(SliceIndex(0));
   for (const float scale : {1e-30F, 1e-25F, 1e-12F, 1e12F, 1e17F}) {
     SCOPED_TRACE(scale);
     std::vector<float> scaled(unit.size());
@@ -359,7 +359,7 @@ TEST_F(HardCases, AMillionSwapsLeaveTheStateThatIsRebuilt) {
   ASSERT_FALSE(hot.engine().finished());
   hot.run();
   rebuilt.run();
-  for (SliceIndex slice = 0; slice < problem.extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : problem.extents.slices()) {
     EXPECT_EQ(rebuilt.engine().permutation(slice), hot.engine().permutation(slice)) << "slice " << slice;
   }
   hot.expect_kept();

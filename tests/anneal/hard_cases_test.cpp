@@ -27,7 +27,7 @@ double drift(const std::string& kind, Precision precision, int count) {
   const SampleSource source(problem.samples, cells, extents.num_slices(), 1);
   const Footprint footprint(extents, problem.filter);
   std::vector<SliceField> fields;
-  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : extents.slices()) {
     fields.emplace_back(FieldLayout(footprint, source.channels()));
     fields.back().fill(start_permutation(1, slice, cells), source.list(slice));
   }
@@ -38,7 +38,7 @@ double drift(const std::string& kind, Precision precision, int count) {
     std::vector<std::vector<float>> planar;
     for (const SliceField& field : fields) planar.push_back(field.planar());
     std::vector<double> sums;
-    for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+    for (const SliceIndex slice : extents.slices()) {
       sums.push_back(weighted_distance_sum(footprint, source.distance(), source.channels(), slice,
                                            [&](SliceIndex s) { return planar[static_cast<std::size_t>(s)].data(); }));
     }
@@ -48,7 +48,8 @@ double drift(const std::string& kind, Precision precision, int count) {
   const double start = score();
   const auto delta =
       make_swap_delta(footprint, make_value_kernel(problem, source.channels(), source.distance()), precision);
-  delta->bind(1, fields[1], [&](SliceIndex s) -> const SliceField& { return fields[static_cast<std::size_t>(s)]; });
+  delta->bind(SliceIndex(1), fields[1],
+              [&](SliceIndex s) -> const SliceField& { return fields[static_cast<std::size_t>(s)]; });
   double change = 0;
   for (int k = 0; k < count; ++k) {
     const RandomBlock bits = random_block(1, Purpose::proposal, 0, 0, static_cast<std::uint64_t>(k));

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <numeric>
 
 #include "noiseloom/anneal/slice_mover.h"
 #include "noiseloom/problem/colour_classes.h"
@@ -29,7 +28,7 @@ class CoupledTexture {
   double anneal(const Classes& classes, std::uint32_t sweeps) {
     fields_.clear();
     permutations_.clear();
-    for (SliceIndex slice = 0; slice < extents_.num_slices(); ++slice) {
+    for (const SliceIndex slice : extents_.slices()) {
       permutations_.push_back(start_permutation(1, slice, extents_.cells_per_slice()));
       fields_.emplace_back(FieldLayout(footprint_, 1)).fill(permutations_.back(), source_.list(slice));
     }
@@ -41,13 +40,13 @@ class CoupledTexture {
 
   double score() {
     std::map<SliceIndex, std::vector<float>> planar;
-    for (SliceIndex slice = 0; slice < extents_.num_slices(); ++slice) {
+    for (const SliceIndex slice : extents_.slices()) {
       planar[slice] = fields_[static_cast<std::size_t>(slice)].planar();
     }
     ThreadPool pool(1);
     const MeanDistance mean(DistanceKind::absolute, 1, extents_.cells_per_slice(), extents_.num_slices());
     std::vector<double> sums;
-    for (SliceIndex slice = 0; slice < extents_.num_slices(); ++slice) {
+    for (const SliceIndex slice : extents_.slices()) {
       sums.push_back(weighted_distance_sum(footprint_, DistanceKind::absolute, 1, slice,
                                            [&](SliceIndex s) { return planar.at(s).data(); }));
     }
@@ -93,10 +92,10 @@ class CoupledTexture {
 TEST(Hazard, ColourClassesConvergeWhereAllSlicesAtOnceDoNot) {
   CoupledTexture texture;
   const double start = texture.anneal({}, 0);
-  Classes together(1, std::vector<SliceIndex>(24));
-  std::iota(together[0].begin(), together[0].end(), 0);
+  const IndexRange<SliceIndex> all = first_indices<SliceIndex>(24);
+  const Classes together = {std::vector<SliceIndex>(all.begin(), all.end())};
   Classes apart;
-  for (SliceIndex slice = 0; slice < 24; ++slice) apart.push_back({slice});
+  for (const SliceIndex slice : all) apart.push_back({slice});
 
   const double one_by_one = texture.anneal(apart, 12);
   const double classes = texture.anneal(colour_classes(texture.footprint()), 12);

@@ -84,7 +84,7 @@ TEST(Sieve, EstimatesTheChangeByTheLowRankKernelOfAllSlices) {
       Texture texture(footprint, kernel, 5);
       const FeatureMap map(kernel, 19, samples_of(texture, 1));
       const auto delta = make_swap_delta(footprint, kernel, Precision::float32, nullptr, std::nullopt, &map);
-      const SliceIndex slice = one.extents.num_slices() - 1;
+      const SliceIndex slice(one.extents.num_slices() - 1);
       delta->bind(slice, texture.field(slice), texture.field_of());
       for (const bool swapped : {false, true}) {
         std::vector<CellPair> pairs = some_pairs(one.extents.cells_per_slice());
@@ -118,10 +118,11 @@ TEST(Sieve, OfAWindowEstimatesAsOfTheWholeSlice) {
       const auto whole = make_swap_delta(footprint, kernel, Precision::float32, nullptr, std::nullopt, &map);
       const auto part = make_swap_delta(footprint, kernel, Precision::float32, nullptr, size, &map);
       const Corner corner{size.width == 23 ? 0 : 20, size.height == 19 ? 0 : 15};
-      whole->bind(1, texture.field(1), texture.field_of());
-      part->bind(1, corner, texture.field(1), texture.field_of());
+      whole->bind(SliceIndex(1), texture.field(SliceIndex(1)), texture.field_of());
+      part->bind(SliceIndex(1), corner, texture.field(SliceIndex(1)), texture.field_of());
       const auto in_slice = [&](std::uint32_t cell) {
-        return static_cast<std::uint32_t>(slice_cell(texture.field(1).layout(), corner, part->layout(), cell));
+        return static_cast<std::uint32_t>(
+            slice_cell(texture.field(SliceIndex(1)).layout(), corner, part->layout(), cell));
       };
       const auto cells = static_cast<std::uint32_t>(size.width * size.height);
       for (std::uint32_t i = 0; i < cells; ++i) {
@@ -149,7 +150,7 @@ TEST(Sieve, HasTheSameBitsOnAllInstructionSets) {
     const auto values = [&](std::int64_t target) {
       hwy::SetSupportedTargetsForTest(target);
       const auto delta = make_swap_delta(footprint, kernel, Precision::float32, nullptr, std::nullopt, &map);
-      delta->bind(0, texture.field(0), texture.field_of());
+      delta->bind(SliceIndex(0), texture.field(SliceIndex(0)), texture.field_of());
       std::vector<double> all;
       for (Cell i = 1; i < one.extents.cells_per_slice(); ++i) {
         const CellPair pairs[] = {test::pair(i, 0)};
@@ -222,8 +223,8 @@ class SievedMover : public ::testing::Test {
   VisitResult visited(const FeatureMap* sieve, double temperature) const {
     AnnealMover mover(make_swap_delta(footprint_, kernel_, Precision::float32, nullptr, std::nullopt, sieve));
     const Permutation ids = identity_permutation(48 * 48);
-    return mover.visit({0, 0, 9, 8}, temperature, PartnerDraw(48 * 48, {64}, false), texture_.field(0), ids,
-                       texture_.field_of());
+    return mover.visit({SliceIndex(0), 0, 9, 8}, temperature, PartnerDraw(48 * 48, {64}, false),
+                       texture_.field(SliceIndex(0)), ids, texture_.field_of());
   }
 };
 
@@ -240,7 +241,7 @@ TEST_F(SievedMover, FindsNearlyAllSwaps) {
 TEST_F(SievedMover, SwapsChangeTheEnergyByTheirSum) {
   const double start = texture_.energy();
   const VisitResult result = visited(&map_, 0.01);
-  for (const Swap& swap : result.swaps) texture_.field(0).swap(swap.a, swap.b);
+  for (const Swap& swap : result.swaps) texture_.field(SliceIndex(0)).swap(swap.a, swap.b);
   EXPECT_GT(result.swaps.size(), 100U);
   EXPECT_NEAR(texture_.energy() - start, result.energy, 1e-5 * std::abs(start));
 }

@@ -61,8 +61,9 @@ TEST_F(Movers, AnnealAtTemperatureZeroNeverRaisesTheEnergyAndLowersIt) {
   const double start = texture.energy();
   double last = start;
   for (std::uint32_t sweep = 0; sweep < 5; ++sweep) {
-    const VisitResult result = mover.visit({1, sweep, 9}, 0, partners, texture.field(1), ids(), texture.field_of());
-    apply(result, texture.field(1));
+    const VisitResult result =
+        mover.visit({SliceIndex(1), sweep, 9}, 0, partners, texture.field(SliceIndex(1)), ids(), texture.field_of());
+    apply(result, texture.field(SliceIndex(1)));
     EXPECT_LE(texture.energy(), last + 1e-9);
     last = texture.energy();
   }
@@ -72,13 +73,13 @@ TEST_F(Movers, AnnealAtTemperatureZeroNeverRaisesTheEnergyAndLowersIt) {
 TEST_F(Movers, SwapsKeepTheSamplesOfTheSlice) {
   Texture texture(footprint_, kernel_, 4);
   AnnealMover mover = anneal_mover();
-  std::vector<float> before = texture.field(2).planar();
-  const VisitResult result =
-      mover.visit({2, 0, 9}, 1, PartnerDraw(cells_, {64}, false), texture.field(2), ids(), texture.field_of());
+  std::vector<float> before = texture.field(SliceIndex(2)).planar();
+  const VisitResult result = mover.visit({SliceIndex(2), 0, 9}, 1, PartnerDraw(cells_, {64}, false),
+                                         texture.field(SliceIndex(2)), ids(), texture.field_of());
   EXPECT_GT(result.swaps.size(), 0U);
   EXPECT_LE(std::ssize(result.swaps), result.candidates);
-  apply(result, texture.field(2));
-  std::vector<float> after = texture.field(2).planar();
+  apply(result, texture.field(SliceIndex(2)));
+  std::vector<float> after = texture.field(SliceIndex(2)).planar();
   EXPECT_NE(before, after);
   std::sort(before.begin(), before.end());
   std::sort(after.begin(), after.end());
@@ -88,8 +89,8 @@ TEST_F(Movers, SwapsKeepTheSamplesOfTheSlice) {
 TEST_F(Movers, AnEnormousTemperatureAcceptsNearlyEverything) {
   Texture texture(footprint_, kernel_, 4);
   AnnealMover mover = anneal_mover();
-  const VisitResult result =
-      mover.visit({0, 0, 9}, 1e12, PartnerDraw(cells_, {64}, false), texture.field(0), ids(), texture.field_of());
+  const VisitResult result = mover.visit({SliceIndex(0), 0, 9}, 1e12, PartnerDraw(cells_, {64}, false),
+                                         texture.field(SliceIndex(0)), ids(), texture.field_of());
   EXPECT_EQ(std::ssize(result.swaps), result.candidates);
 }
 
@@ -100,27 +101,27 @@ TEST_F(Movers, AnnealIsAFunctionOfSeedSliceAndSweep) {
   const auto swaps = [&](const Visit& visit) {
     return mover.visit(visit, 0.1, partners, texture.field(visit.slice), ids(), texture.field_of()).swaps;
   };
-  const auto first = swaps({0, 5, 9});
-  EXPECT_NE(first, swaps({0, 6, 9}));
-  EXPECT_NE(first, swaps({1, 5, 9}));
-  EXPECT_NE(first, swaps({0, 5, 10}));
-  EXPECT_EQ(first, swaps({0, 5, 9}));
+  const auto first = swaps({SliceIndex(0), 5, 9});
+  EXPECT_NE(first, swaps({SliceIndex(0), 6, 9}));
+  EXPECT_NE(first, swaps({SliceIndex(1), 5, 9}));
+  EXPECT_NE(first, swaps({SliceIndex(0), 5, 10}));
+  EXPECT_EQ(first, swaps({SliceIndex(0), 5, 9}));
 }
 
 TEST_F(Movers, EqualSamplesNeverMakeAChange) {
   Texture texture(footprint_, kernel_, 4);
   const std::vector<float> same(static_cast<std::size_t>(cells_), 0.5F);
-  for (SliceIndex slice = 0; slice < 3; ++slice) texture.field(slice).fill(ids(), same);
+  for (const SliceIndex slice : first_indices<SliceIndex>(3)) texture.field(slice).fill(ids(), same);
   AnnealMover mover = anneal_mover();
-  EXPECT_EQ(mover.mean_magnitude({0, 0, 9}, 100, PartnerDraw(cells_, {64}, false), texture.field(0), ids(),
-                                 texture.field_of()),
+  EXPECT_EQ(mover.mean_magnitude({SliceIndex(0), 0, 9}, 100, PartnerDraw(cells_, {64}, false),
+                                 texture.field(SliceIndex(0)), ids(), texture.field_of()),
             0);
 }
 
 TEST_F(Movers, PairingSwapsDisjointPairsThatEachLowerTheEnergy) {
   Texture texture(footprint_, kernel_, 5);
   PairingMover mover(make_swap_delta(footprint_, kernel_, Precision::float64));
-  const VisitResult result = mover.visit({1, 0, 9}, 1, texture.field(1), texture.field_of());
+  const VisitResult result = mover.visit({SliceIndex(1), 0, 9}, 1, texture.field(SliceIndex(1)), texture.field_of());
   EXPECT_GE(result.candidates, cells_ / 2 - 1);
   EXPECT_GT(result.swaps.size(), 0U);
   std::set<std::uint32_t> touched;
@@ -128,9 +129,9 @@ TEST_F(Movers, PairingSwapsDisjointPairsThatEachLowerTheEnergy) {
   for (const Swap& swap : result.swaps) {
     EXPECT_TRUE(touched.insert(swap.a).second);
     EXPECT_TRUE(touched.insert(swap.b).second);
-    texture.field(1).swap(swap.a, swap.b);
+    texture.field(SliceIndex(1)).swap(swap.a, swap.b);
     EXPECT_LT(texture.energy(), start);
-    texture.field(1).swap(swap.a, swap.b);
+    texture.field(SliceIndex(1)).swap(swap.a, swap.b);
   }
 }
 

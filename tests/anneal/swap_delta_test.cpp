@@ -39,7 +39,7 @@ double largest_error(const FilterCase& filter, const Space& space, ValueKernelKi
   const ValueKernel kernel = test::kernel_of(space, kind, filter.extents.num_axes());
   Texture texture(footprint, kernel, 7);
   const auto delta = make_swap_delta(footprint, kernel, precision);
-  const SliceIndex slice = filter.extents.num_slices() / 2;
+  const SliceIndex slice(filter.extents.num_slices() / 2);
   const Cell cells = filter.extents.cells_per_slice();
   delta->bind(slice, texture.field(slice), texture.field_of());
   double worst = 0;
@@ -84,7 +84,7 @@ std::vector<double> all_deltas(const FilterCase& filter, const DeltaCase& delta_
   const Texture texture(footprint, kernel, 11);
   const auto delta = make_swap_delta(footprint, kernel, Precision::float32);
   hwy::SetSupportedTargetsForTest(0);
-  delta->bind(0, texture.field(0), texture.field_of());
+  delta->bind(SliceIndex(0), texture.field(SliceIndex(0)), texture.field_of());
   std::vector<double> values;
   for (Cell i = 0; i < filter.extents.cells_per_slice(); ++i) {
     for (const Cell j : {i / 2, i - 1}) {
@@ -111,12 +111,12 @@ TEST_P(SwapDeltaOfSpace, FollowsTheSwapsThatItMakes) {
     Texture texture(footprint, kernel, 13);
     const auto swapped = make_swap_delta(footprint, kernel, Precision::float32);
     const auto bound = make_swap_delta(footprint, kernel, Precision::float32);
-    swapped->bind(0, texture.field(0), texture.field_of());
+    swapped->bind(SliceIndex(0), texture.field(SliceIndex(0)), texture.field_of());
     for (const auto& [i, j] : {std::pair<Cell, Cell>{0, cells - 1}, {cells / 2, 0}, {cells / 3, cells - 1}}) {
       swapped->swap(test::pair(i, j));
-      texture.field(0).swap(i, j);
+      texture.field(SliceIndex(0)).swap(i, j);
     }
-    bound->bind(0, texture.field(0), texture.field_of());
+    bound->bind(SliceIndex(0), texture.field(SliceIndex(0)), texture.field_of());
     for (Cell j = 1; j < cells; ++j)
       EXPECT_EQ(swapped->delta(test::pair(0, j)), bound->delta(test::pair(0, j))) << filter.name;
   }

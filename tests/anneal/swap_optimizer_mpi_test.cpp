@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <functional>
-#include <numeric>
 
 #include "noiseloom/anneal/tile_grid.h"
 #include "support/filter_specs.h"
@@ -97,7 +96,7 @@ std::vector<Permutation> straight_run(const Case& job, std::vector<HistoryRow>& 
   while (!engine.finished()) engine.step(0);
   history = engine.history();
   std::vector<Permutation> result;
-  for (SliceIndex s = 0; s < job.problem.extents.num_slices(); ++s) result.push_back(engine.permutation(s));
+  for (const SliceIndex s : job.problem.extents.slices()) result.push_back(engine.permutation(s));
   return result;
 }
 
@@ -155,8 +154,8 @@ TEST(SwapOptimizer, GoesOnFromEveryStepToTheSamePermutations) {
             ids.resize(block.size() / sizeof(SampleId));
             std::copy(block.begin(), block.end(), std::as_writable_bytes(std::span(ids)).begin());
           });
-      std::vector<SliceIndex> every(static_cast<std::size_t>(distribution.num_slices()));
-      std::iota(every.begin(), every.end(), 0);
+      const IndexRange<SliceIndex> slices = first_indices<SliceIndex>(distribution.num_slices());
+      const std::vector<SliceIndex> every(slices.begin(), slices.end());
       world.stream_from_root(
           every,
           [&](SliceIndex slice, std::vector<std::byte>& block) {
@@ -371,7 +370,7 @@ TEST(SwapOptimizer, ShowsNothingButR) {
       EXPECT_EQ(optimizer.history()[row].iterations, expected_history[row].iterations);
     }
     EXPECT_EQ(optimizer.history().back().relative_error, error_found_afresh(optimizer, job, source, pool, alone));
-    for (SliceIndex s = 0; s < job.problem.extents.num_slices(); ++s) {
+    for (const SliceIndex s : job.problem.extents.slices()) {
       EXPECT_EQ(optimizer.permutation(s), expected[static_cast<std::size_t>(s)]);
     }
   }

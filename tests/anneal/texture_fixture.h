@@ -65,7 +65,7 @@ class Texture {
     const Extents& extents = footprint.extents();
     const auto channels = static_cast<std::size_t>(kernel.channels);
     const Permutation in_order = identity_permutation(extents.cells_per_slice());
-    for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+    for (std::int32_t slice = 0; slice < extents.num_slices(); ++slice) {
       std::vector<float> list(in_order.size() * channels);
       for (std::size_t k = 0; k < in_order.size(); ++k) draw(&list[k * channels]);
       fields_.emplace_back(FieldLayout(footprint, kernel.channels));
@@ -135,7 +135,7 @@ class Texture {
   template <class Term>
   double sum_over_pairs(const Term& term) const {
     double sum = 0;
-    for (SliceIndex slice = 0; slice < footprint_.extents().num_slices(); ++slice) {
+    for (const SliceIndex slice : footprint_.extents().slices()) {
       for (Cell cell = 0; cell < footprint_.extents().cells_per_slice(); ++cell) {
         for_taps(slice, cell, [&](double weight, SliceIndex other, Cell other_cell) {
           sum += term(weight * between(slice, cell, other, other_cell));

@@ -24,7 +24,7 @@ std::vector<Cell> cells_of(const Footprint& footprint, const TileGrid& grid, std
   const FieldLayout window(footprint, 1, grid.window());
   std::vector<Cell> cells;
   for (Cell cell = 0; cell < window.width * window.height; ++cell) {
-    cells.push_back(slice_cell(slice, grid.corner(7, 3, sweep, tile), window, cell));
+    cells.push_back(slice_cell(slice, grid.corner(7, SliceIndex(3), sweep, tile), window, cell));
   }
   return cells;
 }
@@ -97,13 +97,13 @@ TEST_P(Windows, JudgeSwapsAsTheWholeSliceDoes) {
       const ValueKernel kernel = test::kernel_of(space, ValueKernelKind::distance, 3);
       const Texture texture(footprint, kernel, 5);
       const auto whole = make_swap_delta(footprint, kernel, GetParam());
-      whole->bind(1, texture.field(1), texture.field_of());
+      whole->bind(SliceIndex(1), texture.field(SliceIndex(1)), texture.field_of());
       for (const WindowSize size : {WindowSize{9, 7}, WindowSize{23, 7}, WindowSize{9, 19}}) {
         const auto part = make_swap_delta(footprint, kernel, GetParam(), nullptr, size);
         const Corner corner{size.width == 23 ? 0 : 20, size.height == 19 ? 0 : 15};
-        part->bind(1, corner, texture.field(1), texture.field_of());
+        part->bind(SliceIndex(1), corner, texture.field(SliceIndex(1)), texture.field_of());
         const auto in_slice = [&](Cell cell) {
-          return slice_cell(texture.field(1).layout(), corner, part->layout(), cell);
+          return slice_cell(texture.field(SliceIndex(1)).layout(), corner, part->layout(), cell);
         };
         const Cell cells = size.width * size.height;
         for (Cell i = 0; i < cells; ++i) {
@@ -125,16 +125,16 @@ TEST(Windows, WithABackgroundJudgeSwapsAsTheWholeSliceDoes) {
   const ValueKernel kernel = test::kernel_of(test::all_spaces()[0], ValueKernelKind::distance, 3);
   const Texture texture(footprint, kernel, 5);
   std::vector<float> list(static_cast<std::size_t>(extents.cells_per_slice()));
-  texture.field(0).interleaved(list);
+  texture.field(SliceIndex(0)).interleaved(list);
   const FeatureMap map(kernel, 8, list);
   const auto whole = make_swap_delta(footprint, kernel, Precision::float32, &map);
-  whole->bind(1, texture.field(1), texture.field_of());
+  whole->bind(SliceIndex(1), texture.field(SliceIndex(1)), texture.field_of());
   const WindowSize size{9, 7};
   const auto part = make_swap_delta(footprint, kernel, Precision::float32, &map, size);
-  part->bind(1, {20, 15}, texture.field(1), texture.field_of());
+  part->bind(SliceIndex(1), {20, 15}, texture.field(SliceIndex(1)), texture.field_of());
   for (Cell i = 1; i < 63; ++i) {
     const auto in_slice = [&](Cell cell) {
-      return slice_cell(texture.field(1).layout(), {20, 15}, part->layout(), cell);
+      return slice_cell(texture.field(SliceIndex(1)).layout(), {20, 15}, part->layout(), cell);
     };
     EXPECT_NEAR(part->delta(test::pair(0, i)), whole->delta(test::pair(in_slice(0), in_slice(i))), 1e-4);
   }
@@ -155,14 +155,14 @@ TEST(Tiles, SwapsOfAllTilesTogetherChangeTheEnergyByTheirSum) {
   std::int64_t candidates = 0;
   std::vector<VisitResult> results;
   for (int tile = 0; tile < grid.num_tiles(); ++tile) {
-    const Visit visit{0, 0, 9, 2, tile, grid.num_tiles(), grid.corner(9, 0, 0, tile)};
-    results.push_back(mover.visit(visit, 0, partners, texture.field(0), ids, texture.field_of()));
+    const Visit visit{SliceIndex(0), 0, 9, 2, tile, grid.num_tiles(), grid.corner(9, SliceIndex(0), 0, tile)};
+    results.push_back(mover.visit(visit, 0, partners, texture.field(SliceIndex(0)), ids, texture.field_of()));
   }
   for (const VisitResult& result : results) {
     EXPECT_GT(result.swaps.size(), 0U);
     change += result.energy;
     candidates += result.candidates;
-    for (const Swap& swap : result.swaps) texture.field(0).swap(swap.a, swap.b);
+    for (const Swap& swap : result.swaps) texture.field(SliceIndex(0)).swap(swap.a, swap.b);
   }
   EXPECT_LT(change, 0);
   EXPECT_NEAR(texture.energy() - start, change, 1e-9 * std::abs(start));

@@ -57,7 +57,7 @@ void set_limits(benchmark::State& state, const Footprint& footprint, const Field
 
 // One slice, or 16 with an EMA over them.
 void judge(benchmark::State& state, const std::string& space, const KernelSpec& kernel, Precision precision,
-           SliceIndex num_slices) {
+           std::int32_t num_slices) {
   ProblemSpec problem;
   problem.extents = num_slices == 1 ? Extents({size, size}) : Extents({size, size, num_slices});
   problem.samples.space = space;
@@ -71,14 +71,14 @@ void judge(benchmark::State& state, const std::string& space, const KernelSpec& 
   const Footprint footprint(problem.extents, problem.filter);
   const ValueKernel value_kernel = make_value_kernel(problem, source.channels(), source.distance());
   std::vector<SliceField> fields;
-  for (SliceIndex slice = 0; slice < num_slices; ++slice) {
+  for (const SliceIndex slice : first_indices<SliceIndex>(num_slices)) {
     fields.emplace_back(FieldLayout(footprint, source.channels()));
     fields.back().fill(start_permutation(problem.seed, slice, size * size), source.list(slice));
   }
   const bool by_features = num_slices > 1 && precision == Precision::float32;
-  const FeatureMap map(value_kernel, 16, source.list(0));
+  const FeatureMap map(value_kernel, 16, source.list(SliceIndex(0)));
   const auto delta = make_swap_delta(footprint, value_kernel, precision, by_features ? &map : nullptr);
-  delta->bind(0, fields[0],
+  delta->bind(SliceIndex(0), fields[0],
               [&](SliceIndex slice) -> const SliceField& { return fields[static_cast<std::size_t>(slice)]; });
 
   std::vector<CellPair> pairs;
@@ -121,7 +121,7 @@ void register_all() {
     for (const auto& [kernel_name, kernel] : kernels()) {
       for (const auto& [precision_name, precision] :
            {std::pair<std::string, Precision>{"float", Precision::float32}, {"double", Precision::float64}}) {
-        for (const SliceIndex num_slices : {1, 16}) {
+        for (const std::int32_t num_slices : {1, 16}) {
           const std::string coupling = num_slices > 1 ? "/ema16" : "";
           const std::string name = space_name + "/" + kernel_name + coupling + "/" + precision_name;
           benchmark::RegisterBenchmark(name.c_str(), judge, space, kernel, precision, num_slices);

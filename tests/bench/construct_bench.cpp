@@ -53,7 +53,7 @@ double score(const Run& run, const Extents& extents, const FilterSpec& filter, D
     return static_cast<float>((std::floor(256 * (place + 0.5) / n) + 0.5) / 256);
   };
   std::vector<std::vector<float>> slices;
-  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : extents.slices()) {
     std::vector<float>& samples = slices.emplace_back();
     for (const std::uint32_t place : run.places(slice)) samples.push_back(value(place));
   }
@@ -62,7 +62,7 @@ double score(const Run& run, const Extents& extents, const FilterSpec& filter, D
   std::vector<double> sums(slices.size());
   pool.for_each(std::ssize(sums), [&](std::int64_t slice, int) {
     sums[static_cast<std::size_t>(slice)] =
-        weighted_distance_sum(footprint, distance, 1, static_cast<SliceIndex>(slice), values, PairEnds::one);
+        weighted_distance_sum(footprint, distance, 1, SliceIndex(slice), values, PairEnds::one);
   });
   const MeanDistance mean(distance, 1, extents.cells_per_slice(), extents.num_slices());
   const auto list = [&](SliceIndex slice) { return slices[static_cast<std::size_t>(slice)]; };

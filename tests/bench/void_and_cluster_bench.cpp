@@ -62,7 +62,7 @@ VacSpec parse(const std::string& sizes, const std::string& groups) {
 std::uint32_t fingerprint(const VoidAndCluster& run, const Communicator& world) {
   std::int64_t sum = 0;
   const Partition& partition = run.partition();
-  for (SliceIndex slice = partition.begin(world.rank()); slice < partition.end(world.rank()); ++slice) {
+  for (const SliceIndex slice : Distribution(partition, world.rank()).own_slices()) {
     std::uint64_t hash = static_cast<std::uint64_t>(slice) + 0xCBF29CE484222325U;
     for (const std::byte byte : run.order(slice)) hash = (hash ^ static_cast<std::uint64_t>(byte)) * 0x100000001B3U;
     sum += static_cast<std::int64_t>(hash >> 32);

@@ -122,7 +122,7 @@ double error_of(const ConstructProblem& problem) {
   const Footprint footprint(extents, problem.filter);
   const auto values = [&](SliceIndex slice) { return slices[static_cast<std::size_t>(slice)].data(); };
   std::vector<double> sums;
-  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : extents.slices()) {
     sums.push_back(weighted_distance_sum(footprint, DistanceKind::absolute, 1, slice, values, PairEnds::one));
   }
   const MeanDistance mean(DistanceKind::absolute, 1, extents.cells_per_slice(), extents.num_slices());

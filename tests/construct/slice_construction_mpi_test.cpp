@@ -162,7 +162,7 @@ TEST(SliceConstructionRanks, AllThrowWhereOneCannotGoOn) {
   SharedConstruction run(problem);
   const auto read = [&](SliceIndex slice) { return alone->places(slice); };
   const auto read_all_but_last = [&](SliceIndex slice) {
-    if (slice == 10) throw EnvironmentError("cannot read");
+    if (slice == SliceIndex(10)) throw EnvironmentError("cannot read");
     return read(slice);
   };
   EXPECT_THROW(run->restore(alone->progress(), read_all_but_last), SharedEnvironmentError);

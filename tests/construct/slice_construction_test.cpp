@@ -287,7 +287,7 @@ TEST(IsSound, AcceptsEveryStateOfARun) {
   });
   EXPECT_EQ(phases.size(), 6U);
   AloneConstruction none(construct_problem("none", {7, 5}, product({group({0, 1}, gauss(1))})).with_density(0));
-  EXPECT_TRUE(is_sound(none->progress(), none->places(0)));
+  EXPECT_TRUE(is_sound(none->progress(), none->places(SliceIndex(0))));
 }
 
 // Every entry exchanged for every other kind of entry.

@@ -25,7 +25,7 @@ void expect_strata(const Places& places, const Extents& extents, int axis) {
     EXPECT_EQ(std::set<std::uint32_t>(slice.begin(), slice.end()).size(), cells);
     EXPECT_LT(*std::max_element(slice.begin(), slice.end()), cells);
   }
-  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : extents.slices()) {
     if (extents.slice_coord(slice)[static_cast<std::size_t>(axis - 2)] != 0) continue;
     for (std::size_t cell = 0; cell < cells; ++cell) {
       std::set<std::size_t> strata;
@@ -87,7 +87,7 @@ double r_of(const Places& places, const Extents& extents, const FilterSpec& filt
   const Footprint footprint(extents, filter);
   std::vector<double> sums;
   const auto values = [&](SliceIndex slice) { return slices[static_cast<std::size_t>(slice)].data(); };
-  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : extents.slices()) {
     sums.push_back(weighted_distance_sum(footprint, DistanceKind::absolute, 1, slice, values, PairEnds::one));
   }
   const MeanDistance mean(DistanceKind::absolute, 1, extents.cells_per_slice(), extents.num_slices());

@@ -81,7 +81,8 @@ TEST(VacField, SlicesOfItsOwnGetTheSameEnergiesFromPicksAnywhere) {
     VacField whole(spec, kernel, 0, 15);
     const auto points = vac_start_pattern(spec);
     whole.turn_on(points);
-    for (const auto& [begin, end] : std::vector<std::pair<SliceIndex, SliceIndex>>{{0, 4}, {4, 5}, {5, 15}, {7, 7}}) {
+    for (const auto& [begin, end] :
+         std::vector<std::pair<std::int32_t, std::int32_t>>{{0, 4}, {4, 5}, {5, 15}, {7, 7}}) {
       VacField part(spec, kernel, begin, end);
       part.turn_on(points);
       for (std::uint64_t p = 0; p < 13U * 11U * 15U; ++p) {
@@ -139,14 +140,14 @@ TEST(VacOrder, HoldsPlacesBeyondFourBillion) {
   order.set_place(last, (std::uint64_t{1} << 41) + 3);
   EXPECT_TRUE(order.has_place(last));
   EXPECT_FALSE(order.has_place(last - 1));
-  const auto bytes = order.bytes((1 << 30) - 1);
+  const auto bytes = order.bytes(SliceIndex((1 << 30) - 1));
   ASSERT_EQ(bytes.size(), 4096U * 8);
   std::uint64_t place = 0;
   std::memcpy(&place, bytes.data() + 4095 * 8, 8);
   EXPECT_EQ(place, (std::uint64_t{1} << 41) + 3);
   VacOrder again(extents, (1 << 30) - 2, 1 << 30);
-  again.set_bytes((1 << 30) - 1, bytes);
-  EXPECT_EQ(again.bytes((1 << 30) - 1), bytes);
+  again.set_bytes(SliceIndex((1 << 30) - 1), bytes);
+  EXPECT_EQ(again.bytes(SliceIndex((1 << 30) - 1)), bytes);
 }
 
 TEST(VacStartPattern, DrawsAllOverMoreThanFourBillionPixels) {

@@ -25,7 +25,7 @@ void expect_same(VacField& waiting, VacField& prompt) {
 
 // Turns on all pixels in batches, some of which crowd a corner so that bins overflow, and scans with limits that open
 // some of the leaves.
-void expect_waiting_changes_nothing(const VacSpec& spec, SliceIndex begin, SliceIndex end) {
+void expect_waiting_changes_nothing(const VacSpec& spec, std::int32_t begin, std::int32_t end) {
   const VacKernel kernel(spec);
   ASSERT_TRUE(VacPending::make(VacLayout(spec, begin, end), kernel)) << "this test would compare like with like";
   VacField waiting(spec, kernel, begin, end, 0);

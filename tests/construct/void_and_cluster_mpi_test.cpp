@@ -65,8 +65,7 @@ std::vector<VacSpec> specs() {
 // The ranks of all slices, on every rank. *Collective*
 std::vector<std::uint64_t> ranks_of(const VoidAndCluster& run, const Communicator& communicator) {
   std::vector<std::byte> own;
-  for (SliceIndex slice = run.partition().begin(communicator.rank()); slice < run.partition().end(communicator.rank());
-       ++slice) {
+  for (const SliceIndex slice : Distribution(run.partition(), communicator.rank()).own_slices()) {
     const auto bytes = run.order(slice);
     own.insert(own.end(), bytes.begin(), bytes.end());
   }
@@ -171,7 +170,7 @@ TEST(VoidAndClusterRanks, AllThrowWhereOneCannotGoOn) {
   run.start();
   run.advance(40);
   VoidAndCluster resumed(spec, world, pool);
-  const SliceIndex last = run.partition().num_slices() - 1;
+  const SliceIndex last(run.partition().num_slices() - 1);
   EXPECT_THROW(resumed.restore(run.progress(),
                                [&](SliceIndex slice) {
                                  if (slice == last) throw EnvironmentError("cannot read");

@@ -34,7 +34,7 @@ class LocalRun {
   VoidAndCluster* operator->() { return &run_; }
   std::vector<std::uint64_t> ranks() const {
     std::vector<std::uint64_t> ranks;
-    for (SliceIndex slice = 0; slice < run_.partition().num_slices(); ++slice) {
+    for (const SliceIndex slice : first_indices<SliceIndex>(run_.partition().num_slices())) {
       const auto bytes = run_.order(slice);
       std::vector<std::uint32_t> part(bytes.size() / sizeof(std::uint32_t));
       std::memcpy(part.data(), bytes.data(), bytes.size());

@@ -12,17 +12,17 @@ namespace {
 TEST(Extents, SliceIndexAndCoordAreInverse) {
   const Extents extents({7, 5, 3, 11, 2});
   ASSERT_EQ(extents.num_slices(), 66);
-  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : extents.slices()) {
     EXPECT_EQ(extents.slice_index(extents.slice_coord(slice)), slice);
   }
-  EXPECT_EQ(extents.slice_index({1, 2, 1}), 1 + 3 * (2 + 11 * 1));
+  EXPECT_EQ(extents.slice_index({1, 2, 1}).value(), 1 + 3 * (2 + 11 * 1));
 }
 
 TEST(Extents, SliceAtWrapsAnyOffset) {
   const Extents extents({7, 5, 3, 11});
-  EXPECT_EQ(extents.slice_at(0, {-1, 0}), 2);
-  EXPECT_EQ(extents.slice_at(0, {-7, 0}), 2);
-  EXPECT_EQ(extents.slice_at(2, {1, 23}), 3 * 1);
+  EXPECT_EQ(extents.slice_at(SliceIndex(0), {-1, 0}).value(), 2);
+  EXPECT_EQ(extents.slice_at(SliceIndex(0), {-7, 0}).value(), 2);
+  EXPECT_EQ(extents.slice_at(SliceIndex(2), {1, 23}).value(), 3 * 1);
 }
 
 TEST(Extents, CountsPastTwoToTheThirtyOneCells) {

@@ -27,7 +27,7 @@ concept Addable = requires(A a, B b) {
 };
 
 // An index of one kind is neither made from, nor assigned, compared or subtracted with anything but its own kind, and
-// becomes an integer only by value().
+// becomes an integer only where value() or a cast is written out.
 template <class I, class Other>
 constexpr bool mixes =
     std::is_convertible_v<Other, I> || std::is_convertible_v<I, Other> || std::is_assignable_v<I&, Other> ||
@@ -36,8 +36,9 @@ template <class A, class B>
 constexpr bool kinds_mix = mixes<A, B> || mixes<B, A> || std::is_constructible_v<A, B> || std::is_constructible_v<B, A>;
 
 static_assert(!mixes<Rank, int> && !mixes<Rank, std::int64_t> && !mixes<Rank, std::size_t>);
-static_assert(!mixes<LocalSlice, SliceIndex> && !mixes<LocalSlice, std::int64_t>);
-static_assert(!mixes<Rank, SliceIndex>);
+static_assert(!mixes<SliceIndex, int> && !mixes<SliceIndex, std::int64_t>);
+static_assert(!mixes<LocalSlice, int> && !mixes<LocalSlice, std::int64_t>);
+static_assert(!kinds_mix<Rank, SliceIndex> && !kinds_mix<LocalSlice, SliceIndex>);
 static_assert(!kinds_mix<Rank, LocalSlice>);
 static_assert(Comparable<Rank, Rank> && Subtractable<Rank, Rank> && !Addable<Rank, Rank>);
 
@@ -105,10 +106,11 @@ TEST(IndexRange, HoldsWhatItRunsOver) {
   std::vector<int> seen;
   for (const Rank rank : IndexRange(Rank(3), Rank(6))) seen.push_back(rank.value());
   EXPECT_EQ(seen, (std::vector<int>{3, 4, 5}));
-  const IndexRange<SliceIndex> slices(2, 4);
-  EXPECT_EQ(std::vector<SliceIndex>(slices.begin(), slices.end()), (std::vector<SliceIndex>{2, 3}));
+  const IndexRange slices(SliceIndex(2), SliceIndex(4));
+  EXPECT_EQ(std::vector<SliceIndex>(slices.begin(), slices.end()),
+            (std::vector<SliceIndex>{SliceIndex(2), SliceIndex(3)}));
   EXPECT_EQ(slices.size(), 2);
-  for (const SliceIndex slice : {1, 2, 3, 4}) EXPECT_EQ(slices.contains(slice), slice == 2 || slice == 3);
+  for (const int slice : {1, 2, 3, 4}) EXPECT_EQ(slices.contains(SliceIndex(slice)), slice == 2 || slice == 3);
   EXPECT_EQ(IndexRange(Rank(5), Rank(5)).size(), 0);
 }
 

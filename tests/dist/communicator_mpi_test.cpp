@@ -13,13 +13,14 @@ namespace {
 
 std::vector<std::byte> block_of(SliceIndex slice) {
   // Sizes differ from slice to slice; contents are a function of the slice.
-  return std::vector<std::byte>(static_cast<std::size_t>(slice % 7 * 11), static_cast<std::byte>(slice + 1));
+  return std::vector<std::byte>(static_cast<std::size_t>(slice.value() % 7 * 11),
+                                static_cast<std::byte>(slice.value() + 1));
 }
 
 TEST(Communicator, StreamsBlocksToRootInSliceOrder) {
   const Communicator world = Communicator::world();
   const Distribution distribution(13, world.size(), world.rank());
-  SliceIndex next = 0;
+  std::int32_t next = 0;
   world.stream_to_root(
       distribution,
       [&](SliceIndex slice, std::vector<std::byte>& block) {
@@ -27,7 +28,7 @@ TEST(Communicator, StreamsBlocksToRootInSliceOrder) {
         block = block_of(slice);
       },
       [&](SliceIndex slice, std::span<const std::byte> block) {
-        EXPECT_EQ(slice, next++);
+        EXPECT_EQ(slice.value(), next++);
         const auto expected = block_of(slice);
         ASSERT_EQ(block.size(), expected.size());
         EXPECT_TRUE(std::equal(block.begin(), block.end(), expected.begin()));
@@ -38,8 +39,8 @@ TEST(Communicator, StreamsBlocksToRootInSliceOrder) {
 // Wanted by rank r of 9 slices: those that r + 2 divides. Some slices nobody wants, some several ranks.
 std::vector<SliceIndex> wanted_by(Rank rank) {
   std::vector<SliceIndex> wanted;
-  for (SliceIndex slice = 0; slice < 9; ++slice) {
-    if (slice % (rank.value() + 2) == 0) wanted.push_back(slice);
+  for (const SliceIndex slice : first_indices<SliceIndex>(9)) {
+    if (slice.value() % (rank.value() + 2) == 0) wanted.push_back(slice);
   }
   return wanted;
 }
@@ -64,9 +65,9 @@ TEST(Communicator, StreamsBlocksFromRootToTheRanksThatWantThem) {
       });
   EXPECT_EQ(consumed, wanted);
   std::vector<SliceIndex> expected;  // on rank 0 each that anybody wants, once
-  for (SliceIndex slice = 0; world.is_root() && slice < 9; ++slice) {
+  for (const SliceIndex slice : first_indices<SliceIndex>(world.is_root() ? 9 : 0)) {
     for (const Rank rank : world.ranks()) {
-      if (slice % (rank.value() + 2) != 0) continue;
+      if (slice.value() % (rank.value() + 2) != 0) continue;
       expected.push_back(slice);
       break;
     }
@@ -84,11 +85,11 @@ TEST(Communicator, FailuresInAStreamFromRootReachEveryRank) {
       world.stream_from_root(
           wanted_by(Communicator::root),
           [&](SliceIndex slice, std::vector<std::byte>& block) {
-            if (producer && slice == 4) throw UserError("run.h5", "no such slice");
+            if (producer && slice == SliceIndex(4)) throw UserError("run.h5", "no such slice");
             block = block_of(slice);
           },
           [&](SliceIndex slice, std::span<const std::byte>) {
-            if (!producer && world.rank() == last && slice == 4) throw UserError("run.h5", "no such slice");
+            if (!producer && world.rank() == last && slice == SliceIndex(4)) throw UserError("run.h5", "no such slice");
             consumed.push_back(slice);
           });
       ADD_FAILURE() << "nothing was thrown on rank " << world.rank();
@@ -97,7 +98,7 @@ TEST(Communicator, FailuresInAStreamFromRootReachEveryRank) {
     }
     // Nothing follows what could not be produced; the other ranks are not cut short by a consumer.
     if (producer || world.rank() == last) {
-      EXPECT_EQ(consumed, (std::vector<SliceIndex>{0, 2}));
+      EXPECT_EQ(consumed, (std::vector<SliceIndex>{SliceIndex(0), SliceIndex(2)}));
     } else {
       EXPECT_EQ(consumed, wanted_by(Communicator::root));
     }
@@ -127,7 +128,7 @@ TEST(Communicator, FailureOfTheConsumerDrainsTheStream) {
     world.stream_to_root(
         distribution, [](SliceIndex slice, std::vector<std::byte>& block) { block = block_of(slice); },
         [](SliceIndex slice, std::span<const std::byte>) {
-          if (slice == 3) throw EnvironmentError("no space left");
+          if (slice == SliceIndex(3)) throw EnvironmentError("no space left");
         });
   };
   EXPECT_THROW(stream(), EnvironmentError);
@@ -137,18 +138,18 @@ TEST(Communicator, FailureOfTheConsumerDrainsTheStream) {
 TEST(Communicator, FailureOfAProducerReachesTheConsumerAndEveryRank) {
   const Communicator world = Communicator::world();
   const Distribution distribution(11, world.size(), world.rank());
-  for (const SliceIndex bad : {0, 5, 10}) {
+  for (const std::int32_t bad : {0, 5, 10}) {
     SCOPED_TRACE("slice " + std::to_string(bad));
-    SliceIndex consumed = 0;
+    std::int32_t consumed = 0;
     try {
       world.stream_to_root(
           distribution,
           [&](SliceIndex slice, std::vector<std::byte>& block) {
-            if (slice == bad) throw EnvironmentError("no memory for slice " + std::to_string(slice));
+            if (slice == SliceIndex(bad)) throw EnvironmentError("no memory for slice " + std::to_string(bad));
             block = block_of(slice);
           },
           [&](SliceIndex slice, std::span<const std::byte> block) {
-            EXPECT_EQ(slice, consumed++);
+            EXPECT_EQ(slice.value(), consumed++);
             EXPECT_EQ(block.size(), block_of(slice).size());
           });
       ADD_FAILURE() << "nothing was thrown on rank " << world.rank();
@@ -162,13 +163,14 @@ TEST(Communicator, FailureOfAProducerReachesTheConsumerAndEveryRank) {
 
 TEST(Communicator, GathersInSliceOrderWithEmptyRanks) {
   const Communicator world = Communicator::world();
-  for (const SliceIndex slices : {1, 2, 17}) {
+  for (const std::int32_t slices : {1, 2, 17}) {
     const Partition partition(slices, world.size());
     std::vector<double> own;
-    for (const SliceIndex s : Distribution(partition, world.rank()).own_slices()) own.push_back(3.0 * s);
+    for (const SliceIndex s : Distribution(partition, world.rank()).own_slices()) own.push_back(3.0 * s.value());
     const std::vector<double> all = world.gather_all(partition, own);
-    ASSERT_EQ(static_cast<SliceIndex>(all.size()), slices);
-    for (SliceIndex s = 0; s < slices; ++s) EXPECT_EQ(all[static_cast<std::size_t>(s)], 3.0 * s);
+    ASSERT_EQ(std::ssize(all), slices);
+    for (const SliceIndex s : first_indices<SliceIndex>(slices))
+      EXPECT_EQ(all[static_cast<std::size_t>(s)], 3.0 * s.value());
   }
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 std::vector<Swap> swaps_of(SliceIndex slice, std::uint32_t step) {
   std::vector<Swap> swaps;
-  for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(slice % 5) * step; ++k) {
+  for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(slice.value() % 5) * step; ++k) {
     swaps.push_back({1000 * step + k, static_cast<std::uint32_t>(slice)});
   }
   return swaps;
@@ -29,14 +29,14 @@ TEST(HaloExchange, DeliversNeededSlicesOnceWithTheirSwaps) {
     HaloExchange exchange(world, plan, distribution);
     for (std::uint32_t step = 1; step <= 3; ++step) {
       std::vector<SliceIndex> moved;
-      for (SliceIndex slice = static_cast<SliceIndex>(step) % 2; slice < 11; slice += 2) moved.push_back(slice);
+      for (std::uint32_t slice = step % 2; slice < 11; slice += 2) moved.emplace_back(slice);
       std::vector<SliceSwaps> own;
       for (const SliceIndex slice : moved) {
         if (distribution.owns(slice)) own.push_back({slice, swaps_of(slice, step)});
       }
       exchange.begin(moved, own);
       std::map<SliceIndex, std::vector<Swap>> heard;
-      for (SliceIndex slice = 0; slice < 11; ++slice) {
+      for (const SliceIndex slice : first_indices<SliceIndex>(11)) {
         const bool needed = std::find(plan.needed().begin(), plan.needed().end(), slice) != plan.needed().end();
         const bool moves = std::find(moved.begin(), moved.end(), slice) != moved.end();
         EXPECT_EQ(exchange.pending(slice), needed && moves);
@@ -68,7 +68,7 @@ TEST(HaloExchange, MessagesOfAnUnwoundExchangeStayWhole) {
   const std::vector<Extents::SliceCoord> offsets{{-1}, {1}};
   const Distribution distribution(11, world.size(), world.rank());
   const HaloPlan plan(extents, offsets, distribution);
-  const SliceIndex moving = distribution.slices_of(Communicator::root).past_last() - 1;
+  const SliceIndex moving(distribution.slices_of(Communicator::root).past_last().value() - 1);
   std::vector<Swap> swaps(std::size_t{1} << 20);
   for (std::uint32_t k = 0; k < swaps.size(); ++k) swaps[k] = {k, k * 7919};
   if (world.is_root()) {

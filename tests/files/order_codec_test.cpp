@@ -153,8 +153,8 @@ TEST_P(OrderCodecOfType, CountsTheOrderOfARunFile) {
     RunFileWriter writer(posix_file_ops(), folder / "mask.h5", content);
     for (std::size_t s = 0; s < 4; ++s) {
       const auto first = places.begin() + static_cast<std::ptrdiff_t>(15 * s);
-      writer.write_slice(0, static_cast<SliceIndex>(s), std::as_bytes(std::span(samples)));
-      writer.write_slice(1, static_cast<SliceIndex>(s), bytes_of(codec_, Entries(first, first + 15)));
+      writer.write_slice(0, SliceIndex(s), std::as_bytes(std::span(samples)));
+      writer.write_slice(1, SliceIndex(s), bytes_of(codec_, Entries(first, first + 15)));
     }
     writer.publish();
   }

@@ -58,7 +58,7 @@ class ChangedFile : public testing::Test {
       const int there = reader.dataset(dataset.name);
       ASSERT_GE(there, 0) << dataset.name;
       const auto index = static_cast<int>(&dataset - content_.datasets.data());
-      for (SliceIndex slice = 0; slice < content_.extents.num_slices(); ++slice) {
+      for (const SliceIndex slice : content_.extents.slices()) {
         const std::vector<std::byte> expected = sample_slice(content_, index, slice, 0);
         std::vector<std::byte> found(expected.size());
         reader.read_slice(there, slice, found);

@@ -74,7 +74,7 @@ TEST(RunFile, ChecksumsAreDigestsOfSlicesInOrder) {
   const RunFileReader reader(folder / "run.h5");
   for (int dataset = 0; dataset < 4; ++dataset) {
     std::vector<std::uint64_t> digests;
-    for (SliceIndex slice = 0; slice < 6; ++slice) {
+    for (const SliceIndex slice : first_indices<SliceIndex>(6)) {
       digests.push_back(digest_of(sample_slice(content, dataset, slice, 0)));
     }
     const std::string name = content.datasets[static_cast<std::size_t>(dataset)].name;
@@ -88,7 +88,8 @@ TEST(RunFile, WriterAndReaderAgreeOnTheChecksum) {
   content.extents = Extents({5, 3, 2});
   content.datasets = {{"/samples", ElementType::float32, 1, true}};
   RunFileWriter writer(posix_file_ops(), folder / "run.h5", content);
-  for (const SliceIndex slice : {1, 0}) writer.write_slice(0, slice, sample_slice(content, 0, slice, 0));
+  for (const SliceIndex slice : {SliceIndex(1), SliceIndex(0)})
+    writer.write_slice(0, slice, sample_slice(content, 0, slice, 0));
   const std::string checksum = writer.checksum(0);
   writer.publish();
   EXPECT_EQ(RunFileReader(folder / "run.h5").content().checksums.at("/samples"), checksum);
@@ -185,7 +186,7 @@ TEST(RunFile, SlicesLieWhereTheBlockSays) {
     words >> kind >> offset >> num_slices >> slice_bytes;
     if (kind != "slices") continue;
     ASSERT_EQ(num_slices, 6U);
-    for (SliceIndex slice = 0; slice < 6; ++slice) {
+    for (const SliceIndex slice : first_indices<SliceIndex>(6)) {
       const std::vector<std::byte> expected = sample_slice(content, dataset, slice, 0);
       ASSERT_EQ(expected.size(), slice_bytes);
       EXPECT_EQ(std::memcmp(bytes.data() + offset + static_cast<std::size_t>(slice) * slice_bytes, expected.data(),

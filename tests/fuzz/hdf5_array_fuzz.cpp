@@ -28,7 +28,7 @@ std::string seed(int config, const noiseloom::Extents& extents, int channels) {
   {
     RunFileWriter writer(posix_file_ops(), path, content);
     std::vector<std::byte> slice(bytes_per_slice(content.datasets[0], extents));
-    for (SliceIndex s = 0; s < extents.num_slices(); ++s) writer.write_slice(0, s, slice);
+    for (const SliceIndex s : extents.slices()) writer.write_slice(0, s, slice);
     writer.publish();
   }
   std::string file = fuzz::bytes_of(path);

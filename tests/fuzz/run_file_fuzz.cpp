@@ -22,7 +22,7 @@ void try_file(const std::string& bytes) {
       std::vector<std::byte> slice;
       for (std::size_t dataset = 0; dataset < content.datasets.size(); ++dataset) {
         slice.resize(bytes_per_slice(content.datasets[dataset], content.extents));
-        for (SliceIndex index = 0; index < std::min(content.extents.num_slices(), 100); ++index) {
+        for (const SliceIndex index : first_indices<SliceIndex>(std::min(content.extents.num_slices(), 100))) {
           reader.read_slice(static_cast<int>(dataset), index, slice);
         }
       }
@@ -57,7 +57,7 @@ std::string seed(const Extents& extents, const std::vector<SliceDataset>& datase
   RunFileWriter writer(posix_file_ops(), path, content);
   for (std::size_t dataset = 0; dataset < datasets.size(); ++dataset) {
     const std::vector<std::byte> bytes(bytes_per_slice(datasets[dataset], extents));
-    for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+    for (const SliceIndex slice : extents.slices()) {
       writer.write_slice(static_cast<int>(dataset), slice, bytes);
     }
   }

@@ -33,7 +33,7 @@ TEST(ExportImportance, SamplesWhereImportanceIsAboveTheMask) {
   ASSERT_EQ(result.images.size(), 2U);
   ASSERT_TRUE(std::filesystem::exists(folder / "out/coverage.csv"));
   std::vector<bool> seen(map.size(), false);
-  for (SliceIndex frame = 0; frame < 2; ++frame) {
+  for (const SliceIndex frame : first_indices<SliceIndex>(2)) {
     ImageReader reader(result.images[static_cast<std::size_t>(frame)]);
     std::vector<std::byte> bytes(reader.shape(0).num_bytes());
     reader.read_rows(0, 0, static_cast<int>(map_height), bytes);

@@ -62,8 +62,8 @@ TEST_P(ExportedPoints, AreTheEarliestPixelsInTheirOrder) {
     EXPECT_EQ(result.files.size(), 6U);
     EXPECT_THAT(result.tables, ElementsAre(out + "points_below" + threshold + ".csv"));
     EXPECT_EQ(read_bytes(out + "points_below" + threshold + ".csv"), expected_csv(count));
-    for (SliceIndex s = 0; s < 6; ++s) {
-      ImageReader reader(fmt::format("{}mask_below{}_{}.png", out, threshold, s));
+    for (const SliceIndex s : first_indices<SliceIndex>(6)) {
+      ImageReader reader(fmt::format("{}mask_below{}_{}.png", out, threshold, s.value()));
       EXPECT_EQ(reader.shape(0).channels, 1);
       std::vector<std::byte> bytes(reader.shape(0).num_bytes());
       ASSERT_EQ(bytes.size(), 77U);

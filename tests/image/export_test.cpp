@@ -83,7 +83,7 @@ TEST(Export, QuantisesByTheFloor) {
   const std::string bytes = read_bytes(folder / "run.raw");
   ASSERT_EQ(bytes.size(), texture.values.size() * 2);
   std::size_t i = 0;
-  for (SliceIndex s = 0; s < 3; ++s)
+  for (const SliceIndex s : first_indices<SliceIndex>(3))
     for (const float v : interleaved_slice(texture, s)) {
       const int code = static_cast<unsigned char>(bytes[2 * i]) + 256 * static_cast<unsigned char>(bytes[2 * i + 1]);
       EXPECT_EQ(code, static_cast<int>(std::floor(65536 * static_cast<double>(v))));
@@ -112,8 +112,8 @@ TEST(Export, PutsDensityOverItsMaximumIntoAlpha) {
   options.density = "alpha";
   options.naming = "plain";
   export_run_file(folder / "run.h5", options, posix_file_ops());
-  for (SliceIndex s = 0; s < 3; ++s) {
-    ImageReader reader(folder / fmt::format("out/run_{}.png", s));
+  for (const SliceIndex s : first_indices<SliceIndex>(3)) {
+    ImageReader reader(folder / fmt::format("out/run_{}.png", s.value()));
     ASSERT_EQ(reader.shape(0).channels, 4);
     std::vector<std::byte> bytes(reader.shape(0).num_bytes());
     reader.read_rows(0, 0, 7, bytes);
@@ -135,9 +135,9 @@ TEST(Export, PutsDensityIntoImagesBeside) {
   ExportOptions options = options_for(folder / "out/");
   options.density = "separate";
   export_run_file(folder / "run.h5", options, posix_file_ops());
-  for (SliceIndex s = 0; s < 3; ++s) {
+  for (const SliceIndex s : first_indices<SliceIndex>(3)) {
     for (const bool density : {false, true}) {
-      ImageReader reader(folder / fmt::format("out/run_{}{}.png", s, density ? "_pdf" : ""));
+      ImageReader reader(folder / fmt::format("out/run_{}{}.png", s.value(), density ? "_pdf" : ""));
       ASSERT_EQ(reader.shape(0).channels, 1);
       std::vector<std::byte> bytes(reader.shape(0).num_bytes());
       reader.read_rows(0, 0, 7, bytes);
@@ -216,8 +216,8 @@ TEST(Export, NvidiasVectorsAreOpaqueRgba) {
   ExportOptions options = options_for(folder / "out/");
   options.naming = "nvidia";
   export_run_file(folder / "run.h5", options, posix_file_ops());
-  for (SliceIndex s = 0; s < 3; ++s) {
-    ImageReader reader(folder / fmt::format("out/stbn_vec2_2D_11x7x3_{}.png", s));
+  for (const SliceIndex s : first_indices<SliceIndex>(3)) {
+    ImageReader reader(folder / fmt::format("out/stbn_vec2_2D_11x7x3_{}.png", s.value()));
     ASSERT_EQ(reader.shape(0).channels, 4);
     std::vector<std::byte> bytes(reader.shape(0).num_bytes());
     reader.read_rows(0, 0, 7, bytes);
@@ -245,7 +245,7 @@ TEST(Export, OfAnUnfinishedRunSaysSo) {
     const std::string name = finished.empty() ? "half" : "whole";
     RunFileWriter writer(posix_file_ops(), folder / (name + ".h5"), content);
     const std::vector<float> slice(77, 0.5F);
-    for (SliceIndex s = 0; s < 3; ++s) writer.write_slice(0, s, std::as_bytes(std::span(slice)));
+    for (const SliceIndex s : first_indices<SliceIndex>(3)) writer.write_slice(0, s, std::as_bytes(std::span(slice)));
     writer.publish();
     const ExportResult result =
         export_run_file(folder / (name + ".h5"), options_for(folder / (name + ".raw")), posix_file_ops());

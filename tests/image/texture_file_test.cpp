@@ -86,7 +86,7 @@ TEST(LoadTexture, SplitsAStripIntoSlices) {
   write_bytes_image(folder / "strip.png", 11, 21, 1);
   const TextureFile file = load_texture(folder / "strip.png", small_config("uniform"));
   ASSERT_EQ(file.texture.extents.num_slices(), 3);
-  for (SliceIndex s = 0; s < 3; ++s)
+  for (const SliceIndex s : first_indices<SliceIndex>(3))
     for (std::size_t i = 0; i < 77; ++i)
       EXPECT_FLOAT_EQ(file.texture.slice(s)[i],
                       static_cast<float>((code(0, i + 77 * static_cast<std::size_t>(s)) + 0.5) / 256));

@@ -21,10 +21,10 @@ int tile_code(int x, int y, int slice) { return (7 * x + 31 * y + 83 * slice) % 
 void expect_tiles(const Texture& texture) {
   const int width = static_cast<int>(texture.extents.width());
   const int height = static_cast<int>(texture.extents.height());
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
+  for (const SliceIndex s : texture.extents.slices())
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x)
-        ASSERT_FLOAT_EQ(texture.slice(s)[y * width + x], static_cast<float>((tile_code(x, y, s) + 0.5) / 256))
+        ASSERT_FLOAT_EQ(texture.slice(s)[y * width + x], static_cast<float>((tile_code(x, y, s.value()) + 0.5) / 256))
             << s << " " << x << " " << y;
 }
 

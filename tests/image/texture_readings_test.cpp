@@ -31,7 +31,7 @@ TEST(Headerless, FloatsAreKnownByTheirValuesInEitherByteOrder) {
     write_bytes(folder / "a.raw", raw(values, big_endian));
     const TextureFile file = load_texture(folder / "a.raw", config);
     EXPECT_EQ(file.source, big_endian ? "raw array, float32bex3" : "raw array, float32x3");
-    EXPECT_EQ(interleaved_slice(file.texture, 0), values);
+    EXPECT_EQ(interleaved_slice(file.texture, SliceIndex(0)), values);
   }
 }
 

@@ -29,7 +29,7 @@ double direct(const Texture& texture, std::int64_t dx, std::int64_t dy) {
   const std::int64_t height = texture.extents.height();
   double products = 0;
   double squares = 0;
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s) {
+  for (const SliceIndex s : texture.extents.slices()) {
     double mean = 0;  // of the slice: its spectrum has no frequency zero
     for (std::int64_t i = 0; i < width * height; ++i) mean += static_cast<double>(texture.slice(s)[i]);
     mean /= static_cast<double>(width * height);

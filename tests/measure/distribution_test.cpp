@@ -33,7 +33,7 @@ Texture random_texture(const RunConfig& config, unsigned seed) {
   std::uniform_real_distribution<double> unit(1e-9, 1 - 1e-9);
   const std::size_t cells = static_cast<std::size_t>(texture.extents.cells_per_slice());
   std::vector<float> sample(static_cast<std::size_t>(texture.channels));
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s)
+  for (const SliceIndex s : texture.extents.slices())
     for (std::size_t cell = 0; cell < cells; ++cell) {
       std::vector<double> jitter(static_cast<std::size_t>(space.traits().dimensions));
       for (double& j : jitter) j = unit(random);

@@ -17,12 +17,12 @@ SampleSpec sobol(int channels) {
   return spec;
 }
 
-std::vector<float> slices(const SampleSpec& spec, std::int64_t n, SliceIndex first, SliceIndex count,
+std::vector<float> slices(const SampleSpec& spec, std::int64_t n, std::int32_t first, std::int32_t count,
                           std::uint64_t seed) {
   const SampleSource source(spec, n, first + count, seed);
   std::vector<float> points;
-  for (SliceIndex s = first; s < first + count; ++s) {
-    const std::vector<float> list = source.list(s);
+  for (std::int32_t s = first; s < first + count; ++s) {
+    const std::vector<float> list = source.list(SliceIndex(s));
     points.insert(points.end(), list.begin(), list.end());
   }
   return points;
@@ -44,7 +44,8 @@ TEST(Nets, SlicesAndVolumesOfSobolAreNets) {
     for (const int m : {0, 1, 5, 10}) {
       for (const std::uint64_t seed : {1U, 2U}) {
         const std::int64_t n = std::int64_t{1} << m;
-        for (SliceIndex s = 0; s < 8; ++s) EXPECT_EQ(net_quality(slices(sobol(channels), n, s, 1, seed), channels), 0);
+        for (std::int32_t s = 0; s < 8; ++s)
+          EXPECT_EQ(net_quality(slices(sobol(channels), n, s, 1, seed), channels), 0);
         EXPECT_EQ(net_quality(slices(sobol(channels), n, 0, 8, seed), channels), 0);
         EXPECT_EQ(net_quality(slices(sobol(channels), n, 4, 2, seed), channels), 0);  // an aligned run
       }

@@ -26,8 +26,8 @@ double power_by_sums(const Texture& texture, int axis, int kx, int ky) {
   const Extents& e = texture.extents;
   const std::int64_t total = e.num_cells();
   const auto value = [&](int c, std::int64_t flat) {
-    return static_cast<double>(texture.slice(
-        static_cast<SliceIndex>(flat / e.cells_per_slice()))[c * e.cells_per_slice() + flat % e.cells_per_slice()]);
+    return static_cast<double>(
+        texture.slice(SliceIndex(flat / e.cells_per_slice()))[c * e.cells_per_slice() + flat % e.cells_per_slice()]);
   };
   std::int64_t stride = 1;
   for (int a = 0; a < axis; ++a) stride *= e.size(a);

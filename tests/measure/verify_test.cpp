@@ -13,7 +13,7 @@ using testing::Field;
 using testing::Not;
 
 // White noise as codes of 8 bits, in `channels` channels R, G, ...
-StoredTexture white_codes(int channels, SliceIndex slices) {
+StoredTexture white_codes(int channels, std::int32_t slices) {
   StoredTexture stored;
   stored.texture = make_texture(Extents({32, 32, slices}), channels);
   for (std::size_t i = 0; i < stored.texture.values.size(); ++i) {
@@ -48,7 +48,8 @@ TEST(Verify, FindsThatNoiseIsWhiteAndNothingElse) {
 
 TEST(Verify, NamesSlicesThatRepeat) {
   StoredTexture stored = white_codes(2, 8);
-  std::copy_n(stored.texture.slice(2), stored.texture.floats_per_slice(), stored.texture.slice(6));
+  std::copy_n(stored.texture.slice(SliceIndex(2)), stored.texture.floats_per_slice(),
+              stored.texture.slice(SliceIndex(6)));
   EXPECT_THAT(verified(stored).findings, Contains(fault("repeated-slices")));
   EXPECT_THAT(verified(white_codes(2, 8)).findings, Not(Contains(fault("repeated-slices"))));
 }

@@ -54,7 +54,7 @@ TEST(ColourClasses, CoupledMembersStandAtLeastFourApart) {
       for (const SliceIndex a : members) {
         for (const SliceIndex b : members) {
           if (a != b) {
-            EXPECT_GE(ring_distance(a, b, t), 4);
+            EXPECT_GE(ring_distance(a.value(), b.value(), t), 4);
           }
         }
       }
@@ -132,7 +132,7 @@ std::vector<std::vector<SliceIndex>> classes_by_definition(const Footprint& f) {
     stride = 2 * (stride + 1) <= extents.size(widest) ? stride + 1 : extents.size(widest);
   }
   std::map<std::vector<std::int64_t>, std::vector<SliceIndex>> classes;  // by colours, the last axis counting most
-  for (SliceIndex slice = 0; slice < extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : extents.slices()) {
     std::vector<std::int64_t> colours;
     for (std::size_t k = strides.size(); k-- > 0;) {
       const std::int64_t size = extents.size(static_cast<int>(k) + 2);

@@ -20,11 +20,12 @@ TEST(HardCases, ExtentsInvertForTheLargestNumberOfSlices) {
   const Extents extents({1 << 15, (1 << 15) + 1, 46337, 46337, 1});  // nearly 2^31 slices of 2^30 cells
   EXPECT_EQ(extents.num_cells() / extents.num_slices(), extents.cells_per_slice());
   EXPECT_EQ(extents.num_cells() % extents.num_slices(), 0);
-  for (const SliceIndex slice : {0, 46336, 46337, 1 << 30, extents.num_slices() - 1}) {
+  const SliceIndex last(extents.num_slices() - 1);
+  for (const SliceIndex slice : {SliceIndex(0), SliceIndex(46336), SliceIndex(46337), SliceIndex(1 << 30), last}) {
     EXPECT_EQ(extents.slice_index(extents.slice_coord(slice)), slice);
   }
-  EXPECT_EQ(extents.slice_at(0, {-1, -1, -1}), extents.num_slices() - 1);
-  EXPECT_EQ(extents.slice_at(extents.num_slices() - 1, {1, 1, 1}), 0);
+  EXPECT_EQ(extents.slice_at(SliceIndex(0), {-1, -1, -1}), last);
+  EXPECT_EQ(extents.slice_at(last, {1, 1, 1}), SliceIndex(0));
 }
 
 // Of 2^50 cells: an overlap that fits its axes does not depend on their length.

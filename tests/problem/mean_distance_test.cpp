@@ -114,7 +114,7 @@ struct Errors {
 };
 
 // Relative errors of the estimate from blocks, over many textures.
-Errors block_errors(std::int64_t n, SliceIndex num_slices, bool stratified, int textures) {
+Errors block_errors(std::int64_t n, std::int32_t num_slices, bool stratified, int textures) {
   PairBudget budget;
   budget.max_paired_samples = 1;
   budget.largest_block = 256;
@@ -130,7 +130,7 @@ Errors block_errors(std::int64_t n, SliceIndex num_slices, bool stratified, int 
       return line_list(static_cast<std::uint64_t>(seed), slice, n, stratified);
     };
     std::vector<double> sorted;
-    for (SliceIndex slice = 0; slice < num_slices; ++slice) {
+    for (const SliceIndex slice : first_indices<SliceIndex>(num_slices)) {
       const std::vector<float> samples = list(slice);
       for (std::size_t i = 0; i < samples.size(); i += 2) sorted.push_back(samples[i]);
     }
@@ -150,7 +150,7 @@ Errors block_errors(std::int64_t n, SliceIndex num_slices, bool stratified, int 
 // c of mean_distance.cpp is sqrt(2/45) * 3 = 0.63 for a line. The rms of 36 errors is known to a factor 1 +- 0.12 (one
 // standard deviation), so 1.5 is four of them, and their mean to a sixth of the rms.
 TEST(MeanDistance, FromBlocksIsUnbiasedWithinTheStatedError) {
-  for (const auto& [n, slices] : {std::pair<std::int64_t, SliceIndex>{1021, 7}, {256, 31}, {64, 128}, {8191, 1}}) {
+  for (const auto& [n, slices] : {std::pair<std::int64_t, std::int32_t>{1021, 7}, {256, 31}, {64, 128}, {8191, 1}}) {
     const Errors errors = block_errors(n, slices, false, 36);
     const double stated = 0.63 / std::sqrt(errors.pairs);
     EXPECT_LT(errors.rms, 1.5 * stated);
@@ -160,7 +160,7 @@ TEST(MeanDistance, FromBlocksIsUnbiasedWithinTheStatedError) {
 }
 
 TEST(MeanDistance, FromBlocksOfStratifiedListsIsFarMoreExact) {
-  for (const auto& [n, slices] : {std::pair<std::int64_t, SliceIndex>{1024, 8}, {256, 31}, {8192, 1}}) {
+  for (const auto& [n, slices] : {std::pair<std::int64_t, std::int32_t>{1024, 8}, {256, 31}, {8192, 1}}) {
     const Errors errors = block_errors(n, slices, true, 16);
     EXPECT_LT(errors.rms, 0.01 * 0.63 / std::sqrt(errors.pairs));
   }

@@ -28,7 +28,7 @@ TEST(Distance, EqualsItsFormulaInEverySpace) {
 TEST(Distance, EqualAndAntipodalSamplesOnTheSphereAreFiniteAndExact) {
   SampleSpec sphere;
   sphere.space = "sphere";
-  const std::vector<float> list = SampleSource(sphere, 10'007, 1, 1).list(0);
+  const std::vector<float> list = SampleSource(sphere, 10'007, 1, 1).list(SliceIndex(0));
   for (std::size_t i = 0; i < list.size(); i += 3) {
     const std::array<float, 3> opposite = {-list[i], -list[i + 1], -list[i + 2]};
     // A length off by 1e-7 turns into an angle of sqrt(2e-7).
@@ -83,22 +83,22 @@ TEST(ValueKernel, StbnKernelEqualsItsFormulaForEveryNumberOfChannelsAndAxes) {
 
 TEST(StartPermutation, HoldsEveryIdOnce) {
   for (const std::int64_t cells : {1, 2, 3, 101, 128 * 127}) {
-    Permutation order = start_permutation(3, 2, cells);
+    Permutation order = start_permutation(3, SliceIndex(2), cells);
     std::sort(order.begin(), order.end());
     EXPECT_EQ(order, identity_permutation(cells));
   }
 }
 
 TEST(StartPermutation, IsAFunctionOfSeedAndSliceOnly) {
-  EXPECT_EQ(start_permutation(3, 2, 101), start_permutation(3, 2, 101));
-  EXPECT_NE(start_permutation(3, 2, 101), start_permutation(3, 1, 101));
-  EXPECT_NE(start_permutation(3, 2, 101), start_permutation(4, 2, 101));
+  EXPECT_EQ(start_permutation(3, SliceIndex(2), 101), start_permutation(3, SliceIndex(2), 101));
+  EXPECT_NE(start_permutation(3, SliceIndex(2), 101), start_permutation(3, SliceIndex(1), 101));
+  EXPECT_NE(start_permutation(3, SliceIndex(2), 101), start_permutation(4, SliceIndex(2), 101));
 }
 
 TEST(StartPermutation, AllOrdersAreEquallyLikely) {
   std::map<Permutation, int> count;
   constexpr int trials = 24'000;
-  for (SliceIndex slice = 0; slice < trials; ++slice) ++count[start_permutation(1, slice, 4)];
+  for (const SliceIndex slice : first_indices<SliceIndex>(trials)) ++count[start_permutation(1, slice, 4)];
   ASSERT_EQ(count.size(), 24U);
   double chi_square = 0;
   for (const auto& [order, times] : count) chi_square += (times - 1000.0) * (times - 1000.0) / 1000.0;
@@ -109,7 +109,7 @@ TEST(StartPermutation, HighIdsReachEveryQuarter) {
   // Draws must use all their bits: of 2^16 + 1 cells each quarter of the ids lands in each quarter of the cells
   // equally.
   constexpr std::int64_t cells = (1 << 16) + 1;
-  const Permutation order = start_permutation(1, 0, cells);
+  const Permutation order = start_permutation(1, SliceIndex(0), cells);
   std::array<int, 16> count{};
   for (std::size_t cell = 0; cell < cells - 1; ++cell) {
     const std::uint32_t id = order[cell].value();

@@ -29,7 +29,7 @@ const std::vector<Space> spaces = {
 
 std::vector<double> slice_sums(const Footprint& footprint, const Texture& texture, PairEnds ends = PairEnds::both) {
   std::vector<double> sums;
-  for (SliceIndex slice = 0; slice < texture.extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : texture.extents.slices()) {
     sums.push_back(weighted_distance_sum(
         footprint, texture.distance, texture.channels, slice, [&](SliceIndex s) { return texture.slice(s); }, ends));
   }
@@ -151,15 +151,15 @@ TEST(Score, AsksOnlyForCoupledSlices) {
   const Extents extents({5, 3, 7});
   const Texture texture = oracle::random_texture(extents, DistanceKind::absolute, 1, 4);
   const auto asked = [&](const FilterSpec& filter) {
-    std::set<SliceIndex> slices;
-    weighted_distance_sum(Footprint(extents, filter), DistanceKind::absolute, 1, 6, [&](SliceIndex s) {
-      slices.insert(s);
+    std::set<std::int32_t> slices;
+    weighted_distance_sum(Footprint(extents, filter), DistanceKind::absolute, 1, SliceIndex(6), [&](SliceIndex s) {
+      slices.insert(s.value());
       return texture.slice(s);
     });
     return slices;
   };
-  EXPECT_EQ(asked(product({group({0, 1}, box(3))})), std::set<SliceIndex>({6}));
-  EXPECT_EQ(asked(product({group({0, 1, 2}, box(3))})), std::set<SliceIndex>({4, 5, 6, 0, 1}));
+  EXPECT_EQ(asked(product({group({0, 1}, box(3))})), std::set<std::int32_t>({6}));
+  EXPECT_EQ(asked(product({group({0, 1, 2}, box(3))})), std::set<std::int32_t>({4, 5, 6, 0, 1}));
 }
 
 // For a random permutation of n samples E[m_d] = m n / (n - 1), and the m_d of offsets other than +-d are nearly

@@ -92,6 +92,104 @@ class QualityTest(MaskTest):
         numpy.testing.assert_array_equal(shown == 0, self.order(run_file)[0] < 3840)
 
 
+def plane_power(values, axes):
+    """Power over two axes of an array, of which white noise has 1 on average: the mean over all positions of the others."""
+    values = numpy.moveaxis(values.astype(float), axes, (0, 1))
+    values = (values - values.mean()) / values.std()
+    power = numpy.abs(numpy.fft.fft2(values, axes=(0, 1))) ** 2 / (values.shape[0] * values.shape[1])
+    return power.reshape(*power.shape[:2], -1).mean(axis=2)
+
+
+def frequencies(shape):
+    """Cycles a pixel along each of two axes."""
+    return numpy.meshgrid(*(numpy.abs(numpy.fft.fftfreq(n)) for n in shape), indexing="ij")
+
+
+def distance_of_points(points):
+    """The mean distance to the nearest point, around the edges."""
+    places = numpy.nonzero(points)
+    apart = [numpy.abs(place[:, None] - place) for place in places]
+    apart = numpy.hypot(*(numpy.minimum(one, size - one) for one, size in zip(apart, points.shape)))
+    numpy.fill_diagonal(apart, numpy.inf)
+    return apart.min(axis=1).mean()
+
+
+class SupplementTest(MaskTest):
+    """Figures of the supplement of STBN that show textures and no pictures, as numbers."""
+
+    def assert_blue_in_plane(self, power, bound):
+        a, b = frequencies(power.shape)
+        radius = numpy.hypot(a, b)
+        low = power[(radius > 0) & (radius < 0.1)].mean()
+        self.assertLess(low, bound)
+        self.assertGreater(power[radius > 0.3].mean(), 1)
+
+    def assert_nearly_white(self, power):
+        """Beside the axes: that each axis is blue leaves the corner where both frequencies are low a little darker."""
+        a, b = frequencies(power.shape)
+        self.assertAlmostEqual(power[(a > 0) & (b > 0)].mean(), 1, delta=0.2)
+        self.assertGreater(power[(a > 0) & (b > 0) & (a < 0.2) & (b < 0.2)].mean(), 0.1)
+
+    def test_figure_10_values_are_uncorrelated_but_for_near_ones(self):
+        run_file = self.generate("mask", "x = 64, y = 64, t = 32", ["xy"], "--set", "optimizer.equalize=slice")
+        self.run_program("analyze", run_file, "-o", "report")
+        rings = numpy.genfromtxt(self.folder / "report/autocorrelation.csv", delimiter=",", names=True)
+        with h5py.File(run_file) as file:
+            slices = file["samples"][..., 0]
+        power = numpy.mean([numpy.abs(numpy.fft.fft2(one - one.mean())) ** 2 for one in slices], axis=0)
+        correlation = numpy.fft.ifft2(power).real
+        correlation /= correlation[0, 0]
+        y, x = (numpy.minimum(n, 64 - n) for n in numpy.indices((64, 64)))
+        distance = numpy.rint(numpy.hypot(x, y))
+        for ring in rings:
+            self.assertAlmostEqual(ring["mean"], correlation[distance == ring["distance"]].mean(), delta=1e-5)
+        # Neighbours differ, those behind them are alike, and that decays to what chance leaves of so many values.
+        self.assertLess(rings["mean"][0], -0.1)
+        self.assertGreater(rings["mean"][2], 0.01)
+        chance = 1 / numpy.sqrt(slices.size)
+        self.assertLess(numpy.abs(rings["mean"][12:]).max(), 3 * chance)
+        self.assertLess(rings["largest_magnitude"][12:].max(), 6 * chance)
+
+    def test_figure_11_each_group_of_axes_is_blue_and_no_other_plane(self):
+        size = "x = 32, y = 32, z = 16, w = 16"
+        for groups in (["xy", "z", "w"], ["xy", "zw"]):
+            with self.subTest(groups):
+                run_file = self.generate("mask", size, groups, "--overwrite")
+                with h5py.File(run_file) as file:
+                    values = file["samples"][..., 0]  # [w, z, y, x]
+                self.assert_blue_in_plane(plane_power(values, (2, 3)), 0.05)
+                for plane in ((0, 2), (0, 3), (1, 2), (1, 3)):
+                    self.assert_nearly_white(plane_power(values, plane))
+                along_zw = plane_power(values, (0, 1))
+                if "zw" in groups:
+                    self.assert_blue_in_plane(along_zw, 0.2)
+                else:
+                    self.assert_nearly_white(along_zw)
+                    for axis in (0, 1):
+                        line = numpy.abs(numpy.fft.fft(values - values.mean(), axis=axis)) ** 2
+                        line = line.mean(axis=tuple(i for i in range(4) if i != axis)) / (16 * values.var())
+                        self.assertLess(line[1], 0.15)
+                        self.assertGreater(line[8], 1)
+
+    def test_figures_13_and_14_point_sets_of_any_density_are_blue_over_space_and_over_time(self):
+        run_file = self.generate("mask", "x = 64, y = 64, t = 32", ["xy", "t"])
+        order = self.order(run_file)
+        for density in (0.1, 0.25, 0.5):
+            points = order < density * order.size
+            counts = points.sum(axis=(1, 2))
+            self.assertLessEqual(numpy.abs(counts - density * 4096).max(), 0.01 * 4096)  # each slice has its part
+            self.assert_blue_in_plane(plane_power(points, (1, 2)), 0.1)
+            self.assert_nearly_white(plane_power(points, (0, 1)))
+            line = numpy.abs(numpy.fft.fft(points - points.mean(), axis=0)) ** 2
+            line = line.mean(axis=(1, 2)) / (32 * points.var())
+            self.assertLess(line[1], 0.4)
+            self.assertGreater(line[16], 1)
+            # Points keep apart from each other, as far as the pixels of so many let them.
+            further = {0.1: 1.35, 0.25: 1.03, 0.5: 0}[density]
+            chosen = numpy.random.default_rng(1).permutation(4096).reshape(64, 64) < density * 4096
+            self.assertGreater(distance_of_points(points[0]), further * distance_of_points(chosen))
+
+
 class PointsTest(MaskTest):
     def test_points_are_the_first_of_the_sequence(self):
         run_file = self.generate("mask", "x = 24, y = 20, t = 8", ["xy", "t"])

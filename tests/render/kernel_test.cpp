@@ -1,5 +1,5 @@
 // Effects that draw from a kernel, a sky or a map.
-#include "render/kernel.h"
+#include "render/world/kernel.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "noiseloom/files/image_decoder.h"
 #include "noiseloom/samples/sample_space.h"
 #include "render/scene_support.h"
-#include "render/sky_light.h"
+#include "render/world/sky_light.h"
 
 namespace noiseloom::render {
 namespace {
@@ -50,12 +50,12 @@ void expect_unbiased_mean(const std::string& effect, const std::string& noise, c
 }
 
 // Points of a space in an order that is white over the picture and over time.
-Noise points_of(const std::string& space, SliceIndex slices) {
+Noise points_of(const std::string& space, std::int32_t slices) {
   SampleSpec samples;
   samples.space = space;
   Texture texture = make_texture(Extents({32, 32, slices}), 2);
   const SampleSource source(samples, 32 * 32, slices, 3);
-  for (SliceIndex slice = 0; slice < slices; ++slice) {
+  for (const SliceIndex slice : first_indices<SliceIndex>(slices)) {
     const std::vector<float> list = source.list(slice);
     const auto order = start_permutation(5, slice, 32 * 32);
     std::vector<float> places;
@@ -144,9 +144,9 @@ TEST(Sky, LightsAnOpenPlaneWithItsBrightness) {
 }
 
 // Directions by brightness, those below a height turned to the zenith, in slices of 32 x 32.
-Noise directions_of(const SkyLight& sky, double least_height, SliceIndex slices) {
+Noise directions_of(const SkyLight& sky, double least_height, std::int32_t slices) {
   Texture texture = make_texture(Extents({32, 32, slices}), 3);
-  for (SliceIndex slice = 0; slice < slices; ++slice)
+  for (const SliceIndex slice : first_indices<SliceIndex>(slices))
     for (std::size_t i = 0; i < 1024; ++i) {
       const RandomBlock drawn = random_block(7, Purpose::jitter, static_cast<std::uint32_t>(slice), 0, i);
       const Texel cell = sky.cells.at(static_cast<double>(drawn[0]) * 0x1p-32, static_cast<double>(drawn[1]) * 0x1p-32);
@@ -175,7 +175,7 @@ std::string error_of_directions(const Noise& noise, const SkyLight& sky) {
 
 TEST(Sky, DirectionsOfAnotherSkyAreRefused) {
   const SkyLight sky = make_sky({});
-  for (const SliceIndex slices : {1, 20}) {
+  for (const std::int32_t slices : {1, 20}) {
     EXPECT_EQ(error_of_directions(directions_of(sky, 0, slices), sky), "");
     EXPECT_NE(error_of_directions(directions_of(sky, 0.3, slices), sky).find("made for another image"),
               std::string::npos);
@@ -201,7 +201,7 @@ TEST(Sky, OfAnImageIsAllThatLiesAboveItsHorizon) {
   const SampleSource source(samples, 64 * 64, 1, 3);
   Noise noise = mask(1, 1, 1, "tex");
   Texture texture = make_texture(Extents({64, 64}), 3);
-  interleaved_to_planar(source.list(0), 3, texture.slice(0));
+  interleaved_to_planar(source.list(SliceIndex(0)), 3, texture.slice(SliceIndex(0)));
   noise.texture = std::make_shared<const Texture>(std::move(texture));
   noise.samples = samples;
   noise.channels = 3;

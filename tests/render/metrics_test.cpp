@@ -6,10 +6,10 @@
 #include <limits>
 #include <numbers>
 
-#include "render/flip.h"
-#include "render/measure_pass.h"
+#include "render/measures/measure_pass.h"
+#include "render/pictures/flip.h"
+#include "render/pictures/spectra.h"
 #include "render/scene_support.h"
-#include "render/spectra.h"
 
 namespace noiseloom::render {
 namespace {
@@ -149,12 +149,13 @@ TEST(Metrics, BandsHoldTheWavesOfTheirFrequenciesAndNoMean) {
 
 TEST(Metrics, SpectraOverTimeHoldWhatFlickers) {
   Texture errors = make_texture(Extents({32, 16, 32}), 1);
-  for (SliceIndex s = 0; s < 32; ++s)
-    for (std::size_t i = 0; i < 32 * 16; ++i) errors.slice(s)[i] = (s % 2 == 0 ? 1.0F : -1.0F) * (i % 2 == 0 ? 1 : -1);
+  for (const SliceIndex s : first_indices<SliceIndex>(32))
+    for (std::size_t i = 0; i < 32 * 16; ++i)
+      errors.slice(s)[i] = (s.value() % 2 == 0 ? 1.0F : -1.0F) * (i % 2 == 0 ? 1 : -1);
   const ErrorSpectrum fast = error_spectrum(errors, false);
   EXPECT_NEAR(fast.in_time[2], 1, 1e-6);
   EXPECT_NEAR(fast.bands[2], 1, 1e-6);
-  for (SliceIndex s = 0; s < 32; ++s)
+  for (const SliceIndex s : first_indices<SliceIndex>(32))
     for (std::size_t i = 0; i < 32 * 16; ++i) errors.slice(s)[i] = i % 2 == 0 ? 1 : -1;
   const ErrorSpectrum still = error_spectrum(errors, true);
   EXPECT_NEAR(still.in_time[0], 1, 1e-6);

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "noiseloom/core/error.h"
-#include "render/sampler_tables.h"
+#include "render/noises/sampler_tables.h"
 #include "render/scene_support.h"
 #include "support/run_files.h"
 
@@ -32,7 +32,7 @@ TEST(Noise, ATextureIsReadAroundItsEdges) {
     for (const int y : {0, 1, 12, 30}) {
       reader.read(y, frame);
       for (int x = 0; x < 40; ++x) {
-        const auto slice = static_cast<SliceIndex>((frame + 3) % 5);
+        const auto slice = SliceIndex((frame + 3) % 5);
         EXPECT_EQ(reader.at(x)(0), noise.texture->slice(slice)[(y + 9) % 11 * 13 + (x + 7) % 13]);
       }
     }

@@ -1,5 +1,5 @@
 // What the score promises of random steps is what random steps leave.
-#include "render/prediction.h"
+#include "render/pictures/prediction.h"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ Noise ordered(int size, int slices) {
     for (int y = 0; y < size; ++y)
       for (int x = 0; x < size; ++x) {
         const double value = 0.7548776662 * x + 0.5698402910 * y + 0.6180339887 * t;
-        texture.slice(t)[y * size + x] = static_cast<float>(value - std::floor(value));
+        texture.slice(SliceIndex(t))[y * size + x] = static_cast<float>(value - std::floor(value));
       }
   noise.texture = std::make_shared<const Texture>(std::move(texture));
   return noise;

@@ -1,4 +1,4 @@
-#include "render/sampler_keys.h"
+#include "render/noises/sampler_keys.h"
 
 #include <gtest/gtest.h>
 

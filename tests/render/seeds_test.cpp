@@ -1,4 +1,4 @@
-#include "render/seeds.h"
+#include "render/jobs/seeds.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 #include <numeric>
 #include <utility>
 
-#include "render/pattern.h"
-#include "render/retarget.h"
+#include "render/jobs/retarget.h"
+#include "render/measures/pattern.h"
 #include "render/scene_support.h"
 
 namespace noiseloom::render {
@@ -109,10 +109,10 @@ TEST(Seeds, AreCarriedFromAMaskToNearlyTheNext) {
 // a part of 1 in each of five slices.
 Texture fractional_masks() {
   Texture texture = make_texture(Extents({32, 32, 5}), 1);
-  for (SliceIndex s = 0; s < 5; ++s)
+  for (const SliceIndex s : texture.extents.slices())
     for (int y = 0; y < 32; ++y)
       for (int x = 0; x < 32; ++x) {
-        const double height = 0.7548776662466927 * x + 0.5698402909980532 * y + 0.37 * s;
+        const double height = 0.7548776662466927 * x + 0.5698402909980532 * y + 0.37 * s.value();
         texture.slice(s)[y * 32 + x] = static_cast<float>(height - std::floor(height));
       }
   return texture;

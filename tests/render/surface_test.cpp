@@ -1,4 +1,4 @@
-#include "render/surface.h"
+#include "render/world/surface.h"
 
 #include <gtest/gtest.h>
 
@@ -145,7 +145,7 @@ TEST(Surface, EstimatesFromDirectionsAreUnbiased) {
     SampleSpec samples;
     samples.space = space;
     const SampleSource source(samples, 32 * 32, 300, 7);
-    for (SliceIndex slice = 0; slice < 300; ++slice) {
+    for (const SliceIndex slice : first_indices<SliceIndex>(300)) {
       const std::vector<float> list = source.list(slice);
       const auto order = start_permutation(3, slice, 32 * 32);
       std::vector<float> places;

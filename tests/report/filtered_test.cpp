@@ -10,7 +10,8 @@ namespace {
 TEST(FilteredError, IsThatOfAPlainBoxFilter) {
   const RunConfig config = small_config("uniform", "x = 16, y = 16");
   const Texture texture = start_texture(config);
-  const FilteredError error = filtered_error(texture, 0, Footprint(config.problem.extents, config.problem.filter));
+  const FilteredError error =
+      filtered_error(texture, SliceIndex(0), Footprint(config.problem.extents, config.problem.filter));
   std::vector<double> step;
   for (const float v : texture.values) step.push_back(v < 0.5F ? 1 : 0);  // stratified: the median lies at 1/2
   const auto filtered_square = [](const std::vector<double>& values) {
@@ -25,7 +26,7 @@ TEST(FilteredError, IsThatOfAPlainBoxFilter) {
       }
     return sum;
   };
-  const Permutation order = start_permutation(1, 0, 256);
+  const Permutation order = start_permutation(1, SliceIndex(0), 256);
   std::vector<double> shuffled;
   for (const SampleId id : order) shuffled.push_back(step[id.value()]);
   EXPECT_NEAR(error.ratio, filtered_square(step) / filtered_square(shuffled), 1e-9);

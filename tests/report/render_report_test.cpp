@@ -31,6 +31,13 @@ TEST(RenderReport, SaysHowManySamplesEachNoiseNeeds) {
                 "and 4.0 times fewer samples than blue."));
 }
 
+TEST(RenderReport, ManyTimesAreTwoDigits) {
+  render::Result result = three_noises();
+  result.squares = {9.0, 9.0, 0.04, 0.04, 0.0003, 0.0003};
+  EXPECT_THAT(sample_sentence(result, 0, 0),
+              HasSubstr("30000 times fewer samples than white and 130 times fewer samples than blue."));
+}
+
 TEST(RenderReport, ANoiseAloneIsComparedWithNone) {
   render::Result result = three_noises();
   result.noises = {"white"};

@@ -65,7 +65,7 @@ std::vector<T> values_of(const RunFileReader& reader, const std::string& name) {
   const RunFileContent& content = reader.content();
   const std::size_t size = bytes_per_slice(content.datasets.at(static_cast<std::size_t>(dataset)), content.extents);
   std::vector<T> values;
-  for (SliceIndex slice = 0; slice < content.extents.num_slices(); ++slice) {
+  for (const SliceIndex slice : content.extents.slices()) {
     std::vector<T> part(size / sizeof(T));
     reader.read_slice(dataset, slice, std::as_writable_bytes(std::span(part)));
     values.insert(values.end(), part.begin(), part.end());
@@ -194,7 +194,7 @@ TEST(OrderCheckpoint, RefusesAnOrderThatContradictsItsCounts) {
       const auto samples = values_of<float>(good, "/samples");
       change.apply(content, order);
       RunFileWriter writer(posix_file_ops(), folder / "bad.h5", content);
-      for (SliceIndex slice = 0; slice < 7; ++slice) {
+      for (const SliceIndex slice : first_indices<SliceIndex>(7)) {
         const auto cells = static_cast<std::size_t>(13 * 11);
         const std::size_t first = static_cast<std::size_t>(slice) * cells;
         writer.write_slice(0, slice, std::as_bytes(std::span(samples).subspan(first, cells)));

@@ -71,7 +71,7 @@ void write_changed(const Communicator& world, const std::string& path, SliceInde
     change(content, ids);
     RunFileWriter writer(posix_file_ops(), path, content);
     for (int dataset = 0; dataset < 2; ++dataset) {
-      for (SliceIndex s = 0; s < extents.num_slices(); ++s) {
+      for (const SliceIndex s : extents.slices()) {
         std::vector<std::byte> bytes(ids.size() * sizeof(std::uint32_t));
         good.read_slice(dataset, s, bytes);
         if (dataset == 1 && s == slice) std::memcpy(bytes.data(), ids.data(), bytes.size());
@@ -117,7 +117,7 @@ TEST(SwapCheckpoint, RefusesContentsThatNoRunHasOnEveryRank) {
   const Communicator world = Communicator::world();
   const SharedFolder folder(world);
   struct Change {
-    SliceIndex slice;
+    std::int32_t slice;
     std::function<void(RunFileContent&, std::vector<std::uint32_t>&)> apply;
     const char* words;
   };
@@ -136,7 +136,7 @@ TEST(SwapCheckpoint, RefusesContentsThatNoRunHasOnEveryRank) {
   };
   for (const Change& change : changes) {
     SCOPED_TRACE(change.words);
-    write_changed(world, folder / "run.h5", change.slice, change.apply);
+    write_changed(world, folder / "run.h5", SliceIndex(change.slice), change.apply);
     const std::string said = restoring(folder / "run.h5", swap_config_of(), world);
     EXPECT_THAT(said, HasSubstr(change.words));
     if (said != "good") {
@@ -149,7 +149,7 @@ TEST(SwapCheckpoint, RefusesContentsThatNoRunHasOnEveryRank) {
 TEST(SwapCheckpoint, RefusesTheRunOfAnotherAlgorithm) {
   const Communicator world = Communicator::world();
   const SharedFolder folder(world);
-  write_changed(world, folder / "run.h5", 0,
+  write_changed(world, folder / "run.h5", SliceIndex(0),
                 [](auto& content, auto&) { content.state["algorithm"] = anneal_algorithm + 1; });
   const std::string said = restoring(folder / "run.h5", swap_config_of(), world);
   const std::string later = std::to_string(anneal_algorithm + 1);
@@ -159,7 +159,7 @@ TEST(SwapCheckpoint, RefusesTheRunOfAnotherAlgorithm) {
   EXPECT_THAT(said, HasSubstr("finish it with a program of algorithm " + later + ", or start afresh"));
   world.barrier();
   // From before there were numbers.
-  write_changed(world, folder / "run.h5", 0, [](auto& content, auto&) {
+  write_changed(world, folder / "run.h5", SliceIndex(0), [](auto& content, auto&) {
     for (const char* name : {"algorithm", "relative_error", "iterations", "scored_iterations", "scored_step"})
       content.state.erase(name);
   });

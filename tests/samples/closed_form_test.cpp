@@ -207,7 +207,9 @@ std::vector<Case> all_cases() {
   return cases;
 }
 
-std::vector<float> list_of_case(const SampleSpec& spec, std::int64_t n) { return SampleSource(spec, n, 1, 1).list(0); }
+std::vector<float> list_of_case(const SampleSpec& spec, std::int64_t n) {
+  return SampleSource(spec, n, 1, 1).list(SliceIndex(0));
+}
 
 TEST(ClosedForm, EachStratumHoldsExactlyOneSample) {
   for (const Case& c : all_cases()) {

@@ -60,9 +60,9 @@ TEST(Curve, ListsHoldTheSamplesOfTheSpaceInTheOrderOfTheCurve) {
   for (const int channels : {2, 3, 4}) {
     SampleSpec spec;
     spec.space = "vector" + std::to_string(channels);
-    const std::vector<float> plain = SampleSource(spec, 4096, 2, 1).list(1);
+    const std::vector<float> plain = SampleSource(spec, 4096, 2, 1).list(SliceIndex(1));
     spec.curve = Curve::hilbert;
-    const std::vector<float> sorted = SampleSource(spec, 4096, 2, 1).list(1);
+    const std::vector<float> sorted = SampleSource(spec, 4096, 2, 1).list(SliceIndex(1));
     ASSERT_EQ(sorted.size(), plain.size());
     const auto step = static_cast<std::size_t>(channels);
     std::vector<std::vector<float>> a;

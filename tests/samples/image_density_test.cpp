@@ -113,7 +113,7 @@ TEST(ImageDensity, EachStratumHoldsItsOwnSampleWhereThereIsLight) {
       const auto space = space_of(spec);
       const auto channels = static_cast<std::size_t>(space->traits().channels);
       for (const std::int64_t n : {1, 2, 3, 5, 101, under_sanitizers ? 1024 : 128 * 128}) {
-        const std::vector<float> list = SampleSource(spec, n, 1, 5).list(0);
+        const std::vector<float> list = SampleSource(spec, n, 1, 5).list(SliceIndex(0));
         ASSERT_EQ(list.size(), static_cast<std::size_t>(n) * channels);
         for (std::int64_t id = 0; id < n; ++id) {
           const float* const sample = &list[static_cast<std::size_t>(id) * channels];
@@ -178,7 +178,7 @@ TEST(ImageDensity, SamplesFollowTheDensity) {
         }
       }
       constexpr std::int64_t n = tried(100'003);
-      const std::vector<float> list = SampleSource(spec, n, 1, 3).list(0);
+      const std::vector<float> list = SampleSource(spec, n, 1, 3).list(SliceIndex(0));
       std::vector<double> found(static_cast<std::size_t>(cells), 0);
       for (std::size_t i = 0; i < list.size(); i += channels) ++found[cell_of(&list[i])];
       double chi = 0;
@@ -217,7 +217,7 @@ TEST(ImageDensity, WeightedMeansAreIntegralsOverTheSupport) {
     const auto space = space_of(spec);
     const auto channels = static_cast<std::size_t>(space->traits().channels);
     constexpr std::int64_t n = tried(1 << 17);
-    const std::vector<float> list = SampleSource(spec, n, 1, 11).list(0);
+    const std::vector<float> list = SampleSource(spec, n, 1, 11).list(SliceIndex(0));
     for (const Integrand f : integrands) {
       double sum = 0;
       double squares = 0;
@@ -253,7 +253,7 @@ TEST(ImageDensity, ASunOfOneTexelGetsItsShareAndNoMore) {
   const SampleSpec spec = image(ImageDomain::sphere, height, width, sky);
   const auto space = space_of(spec);
   constexpr std::int64_t n = 128 * 128;
-  const std::vector<float> list = SampleSource(spec, n, 1, 1).list(0);
+  const std::vector<float> list = SampleSource(spec, n, 1, 1).list(SliceIndex(0));
   const auto row_measure = [](int y) {
     return std::cos(math::pi * y / height) - std::cos(math::pi * (y + 1) / height);
   };
@@ -289,7 +289,7 @@ TEST(ImageDensity, HoldsInFloatOnLargeImagesAndManyStrata) {
     const SampleSpec spec = image(onto, 4, 4096, values);
     const auto space = space_of(spec);
     const auto channels = static_cast<std::size_t>(space->traits().channels);
-    const std::vector<float> list = SampleSource(spec, tried(1 << 18), 1, 2).list(0);
+    const std::vector<float> list = SampleSource(spec, tried(1 << 18), 1, 2).list(SliceIndex(0));
     for (std::size_t i = 0; i < list.size(); i += channels) ASSERT_GT(space->density(&list[i]), 0) << name_of(onto);
   }
 }

@@ -34,20 +34,20 @@ class SampleFileTest : public ::testing::Test {
   SampleFileTest() : path_(::testing::TempDir() + "noiseloom_samples_" + std::to_string(::getpid()) + ".npy") {}
   ~SampleFileTest() override { std::filesystem::remove(path_); }
 
-  SampleSource source(const Shape& shape, const std::vector<float>& values, std::int64_t cells, SliceIndex slices,
+  SampleSource source(const Shape& shape, const std::vector<float>& values, std::int64_t cells, std::int32_t slices,
                       DistanceKind distance = DistanceKind::euclidean) const {
     write_npy(path_, shape, values);
     return opened(cells, slices, distance);
   }
-  SampleSource opened(std::int64_t cells, SliceIndex slices, DistanceKind distance) const {
+  SampleSource opened(std::int64_t cells, std::int32_t slices, DistanceKind distance) const {
     SampleSpec spec;
     spec.space = "file";
     spec.file = path_;
     spec.distance = distance;
     return SampleSource(spec, cells, slices, 1);
   }
-  std::vector<Fault> faults(const Shape& shape, const std::vector<float>& values, std::int64_t cells, SliceIndex slices,
-                            DistanceKind distance = DistanceKind::euclidean) const {
+  std::vector<Fault> faults(const Shape& shape, const std::vector<float>& values, std::int64_t cells,
+                            std::int32_t slices, DistanceKind distance = DistanceKind::euclidean) const {
     try {
       source(shape, values, cells, slices, distance);
     } catch (const UserError& error) {
@@ -55,7 +55,7 @@ class SampleFileTest : public ::testing::Test {
     }
     return {};
   }
-  std::string fault(const Shape& shape, const std::vector<float>& values, std::int64_t cells, SliceIndex slices,
+  std::string fault(const Shape& shape, const std::vector<float>& values, std::int64_t cells, std::int32_t slices,
                     DistanceKind distance = DistanceKind::euclidean) const {
     const std::vector<Fault> all = faults(shape, values, cells, slices, distance);
     EXPECT_EQ(all.size(), 1U);
@@ -92,17 +92,18 @@ TEST_F(SampleFileTest, OneListServesEverySliceInAscendingOrder) {
   EXPECT_EQ(samples.channels(), 1);
   EXPECT_EQ(samples.distance(), DistanceKind::absolute);
   EXPECT_FALSE(samples.has_pdf());
-  for (SliceIndex slice = 0; slice < 4; ++slice) EXPECT_THAT(samples.list(slice), ElementsAre(-7, -1, 0.5F, 2, 3));
+  for (const SliceIndex slice : first_indices<SliceIndex>(4))
+    EXPECT_THAT(samples.list(slice), ElementsAre(-7, -1, 0.5F, 2, 3));
 }
 
 TEST_F(SampleFileTest, OneListPerSliceStaysWithItsSlice) {
   const SampleSource samples = source({2, 3}, {3, 1, 2, 30, 10, 20}, 3, 2);
-  EXPECT_THAT(samples.list(0), ElementsAre(1, 2, 3));
-  EXPECT_THAT(samples.list(1), ElementsAre(10, 20, 30));
+  EXPECT_THAT(samples.list(SliceIndex(0)), ElementsAre(1, 2, 3));
+  EXPECT_THAT(samples.list(SliceIndex(1)), ElementsAre(10, 20, 30));
   const SampleSource vectors = source({2, 3, 2}, {3, 0, 1, 0, 2, 0, 0, 30, 0, 10, 0, 20}, 3, 2);
   EXPECT_EQ(vectors.channels(), 2);
-  EXPECT_THAT(vectors.list(0), ElementsAre(1, 0, 2, 0, 3, 0));
-  EXPECT_THAT(vectors.list(1), ElementsAre(0, 10, 0, 20, 0, 30));
+  EXPECT_THAT(vectors.list(SliceIndex(0)), ElementsAre(1, 0, 2, 0, 3, 0));
+  EXPECT_THAT(vectors.list(SliceIndex(1)), ElementsAre(0, 10, 0, 20, 0, 30));
 }
 
 TEST_F(SampleFileTest, SamplesAreKeptBitForBit) {
@@ -115,16 +116,17 @@ TEST_F(SampleFileTest, SamplesAreKeptBitForBit) {
     values[11] = 9e17F;
     values[12] = -9e17F;
     const SampleSource samples = source({n, static_cast<std::int64_t>(channels)}, values, n, 3);
-    EXPECT_EQ(sorted_rows(samples.list(1), channels), sorted_rows(values, channels));
-    EXPECT_EQ(samples.list(1), samples.list(1));
+    EXPECT_EQ(sorted_rows(samples.list(SliceIndex(1)), channels), sorted_rows(values, channels));
+    EXPECT_EQ(samples.list(SliceIndex(1)), samples.list(SliceIndex(1)));
   }
 }
 
 TEST_F(SampleFileTest, EqualAndTwoValuedSamplesAreLegal) {
-  EXPECT_EQ(source({101, 3}, std::vector<float>(303, 0.25F), 101, 1).list(0), std::vector<float>(303, 0.25F));
+  EXPECT_EQ(source({101, 3}, std::vector<float>(303, 0.25F), 101, 1).list(SliceIndex(0)),
+            std::vector<float>(303, 0.25F));
   std::vector<float> two(202);
   for (std::size_t i = 0; i < 101; ++i) two[2 * i] = i % 2 == 0 ? 1 : -1;
-  const std::vector<float> list = source({101, 2}, two, 101, 1).list(0);
+  const std::vector<float> list = source({101, 2}, two, 101, 1).list(SliceIndex(0));
   EXPECT_EQ(sorted_rows(list, 2), sorted_rows(two, 2));
   EXPECT_EQ(std::count(list.begin(), list.begin() + 100, -1.0F), 50);
 }
@@ -132,7 +134,7 @@ TEST_F(SampleFileTest, EqualAndTwoValuedSamplesAreLegal) {
 TEST_F(SampleFileTest, NeighboursInTheListAreNeighboursInSpace) {
   const std::int64_t n = 4099;
   const std::vector<float> values = random_values(2 * static_cast<std::size_t>(n), 5);
-  const std::vector<float> list = source({n, 2}, values, n, 1).list(0);
+  const std::vector<float> list = source({n, 2}, values, n, 1).list(SliceIndex(0));
   double near = 0;
   double as_given = 0;
   for (std::size_t i = 2; i < list.size(); i += 2) {
@@ -180,7 +182,7 @@ TEST_F(SampleFileTest, OrderOfVectorsEqualsItsSlowTwin) {
     std::vector<std::size_t> ids(n);
     std::iota(ids.begin(), ids.end(), std::size_t{0});
     order_slowly(values, 3, ids, 0, n);
-    const std::vector<float> list = source({static_cast<std::int64_t>(n), 3}, values, 4099, 1).list(0);
+    const std::vector<float> list = source({static_cast<std::int64_t>(n), 3}, values, 4099, 1).list(SliceIndex(0));
     for (std::size_t i = 0; i < n; ++i) {
       for (std::size_t c = 0; c < 3; ++c) ASSERT_EQ(list[3 * i + c], values[3 * ids[i] + c]) << "pattern " << pattern;
     }
@@ -194,7 +196,7 @@ TEST_F(SampleFileTest, DoublesAreRoundedToFloat) {
   file << std::string("\x93NUMPY\x01\x00", 8) << static_cast<char>(header.size()) << '\0' << header;
   file.write(reinterpret_cast<const char*>(values.data()), 16);
   file.close();
-  EXPECT_THAT(opened(2, 1, DistanceKind::absolute).list(0), ElementsAre(-1e-30F, 0.1F));
+  EXPECT_THAT(opened(2, 1, DistanceKind::absolute).list(SliceIndex(0)), ElementsAre(-1e-30F, 0.1F));
 }
 
 TEST_F(SampleFileTest, NamesValuesThatAreNotFiniteByPosition) {
@@ -248,8 +250,8 @@ TEST_F(SampleFileTest, RefusesShapesSayingWhichItAccepts) {
 TEST_F(SampleFileTest, TakesAWholeTexture) {
   std::vector<float> values(24);
   std::iota(values.begin(), values.end(), 1.0F);
-  EXPECT_EQ(source({2, 3, 4}, values, 12, 2, DistanceKind::euclidean).list(1).front(), 13);
-  EXPECT_EQ(source({2, 2, 2, 3}, values, 6, 4, DistanceKind::euclidean).list(3).back(), 24);
+  EXPECT_EQ(source({2, 3, 4}, values, 12, 2, DistanceKind::euclidean).list(SliceIndex(1)).front(), 13);
+  EXPECT_EQ(source({2, 2, 2, 3}, values, 6, 4, DistanceKind::euclidean).list(SliceIndex(3)).back(), 24);
   EXPECT_EQ(source({2, 3, 2, 2}, values, 6, 2, DistanceKind::euclidean).channels(), 2);
   EXPECT_EQ(source({3, 8}, values, 24, 1, DistanceKind::euclidean).channels(), 1);
 }

@@ -34,8 +34,8 @@ std::vector<SampleSpec> all_spaces() {
   return specs;
 }
 
-std::vector<float> list_of(const SampleSpec& spec, std::int64_t n, std::uint64_t seed = 1, SliceIndex slice = 0) {
-  return SampleSource(spec, n, slice + 1, seed).list(slice);
+std::vector<float> list_of(const SampleSpec& spec, std::int64_t n, std::uint64_t seed = 1, std::int32_t slice = 0) {
+  return SampleSource(spec, n, slice + 1, seed).list(SliceIndex(slice));
 }
 
 // [0, 1), independent of the library's jitter.
@@ -273,10 +273,10 @@ TEST(SampleSpace, NeighboursInTheListAreNeighboursInSpace) {
 TEST(SampleSource, ListIsAFunctionOfSpecSeedAndSlice) {
   for (const SampleSpec& spec : all_spaces()) {
     const SampleSource source(spec, 101, 3, 5);
-    EXPECT_EQ(source.list(1), source.list(1));
-    EXPECT_EQ(source.list(1), SampleSource(spec, 101, 2, 5).list(1));
-    EXPECT_NE(source.list(1), source.list(2));
-    EXPECT_NE(source.list(1), SampleSource(spec, 101, 3, 6).list(1));
+    EXPECT_EQ(source.list(SliceIndex(1)), source.list(SliceIndex(1)));
+    EXPECT_EQ(source.list(SliceIndex(1)), SampleSource(spec, 101, 2, 5).list(SliceIndex(1)));
+    EXPECT_NE(source.list(SliceIndex(1)), source.list(SliceIndex(2)));
+    EXPECT_NE(source.list(SliceIndex(1)), SampleSource(spec, 101, 3, 6).list(SliceIndex(1)));
     EXPECT_EQ(source.channels(), num_channels(spec));
     EXPECT_EQ(source.distance(), distance_kind(spec, num_channels(spec)));
   }

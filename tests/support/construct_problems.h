@@ -134,7 +134,8 @@ class AloneConstruction {
   SliceConstruction* operator->() { return &run_; }
   oracle::SliceConstructionOracle::Places places() const {
     oracle::SliceConstructionOracle::Places all;
-    for (SliceIndex slice = 0; slice < run_.distribution().num_slices(); ++slice) all.push_back(run_.places(slice));
+    for (const SliceIndex slice : first_indices<SliceIndex>(run_.distribution().num_slices()))
+      all.push_back(run_.places(slice));
     return all;
   }
   void finish() {

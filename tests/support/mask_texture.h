@@ -24,7 +24,7 @@ inline std::vector<std::uint64_t> mask_places(const VacSpec& spec) {
   run.start();
   run.advance(std::numeric_limits<std::int64_t>::max());
   std::vector<std::uint64_t> places;
-  for (SliceIndex s = 0; s < spec.extents.num_slices(); ++s) {
+  for (const SliceIndex s : spec.extents.slices()) {
     const std::vector<std::byte> bytes = run.order(s);
     for (std::size_t cell = 0; cell < run.codec().num_pixels(bytes); ++cell)
       places.push_back(run.codec().get(bytes, cell));
@@ -68,7 +68,7 @@ inline void write_mask_file(const std::string& path, const Extents& extents, con
   const OrderCodec codec(type);
   std::vector<std::byte> bytes(cells * codec.bytes_per_pixel());
   RunFileWriter writer(posix_file_ops(), path, content);
-  for (SliceIndex s = 0; s < extents.num_slices(); ++s) {
+  for (const SliceIndex s : extents.slices()) {
     writer.write_slice(0, s, std::as_bytes(std::span(texture.slice(s), cells)));
     const std::span<const std::uint64_t> slice(places.data() + static_cast<std::size_t>(s) * cells, cells);
     codec.write(slice, bytes);

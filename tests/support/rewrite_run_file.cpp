@@ -67,7 +67,7 @@ class Rewriter {
     content_ = reader.content();
     for (int d = 0; d < static_cast<int>(content_.datasets.size()); ++d) {
       blocks_.emplace_back();
-      for (SliceIndex slice = 0; slice < content_.extents.num_slices(); ++slice) {
+      for (const SliceIndex slice : content_.extents.slices()) {
         const SliceDataset& dataset = content_.datasets[static_cast<std::size_t>(d)];
         blocks_.back().emplace_back(bytes_per_slice(dataset, content_.extents));
         reader.read_slice(d, slice, blocks_.back().back());
@@ -92,7 +92,7 @@ class Rewriter {
   void write(const std::string& path) const {
     RunFileWriter writer(posix_file_ops(), path, content_);
     for (std::size_t d = 0; d < content_.datasets.size(); ++d) {
-      for (SliceIndex slice = 0; slice < content_.extents.num_slices(); ++slice) {
+      for (const SliceIndex slice : content_.extents.slices()) {
         std::vector<std::byte> bytes;
         if (static_cast<std::size_t>(slice) < blocks_[d].size()) bytes = blocks_[d][static_cast<std::size_t>(slice)];
         bytes.resize(bytes_per_slice(content_.datasets[d], content_.extents));

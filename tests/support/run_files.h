@@ -32,7 +32,7 @@ inline Texture start_texture(const RunConfig& config) {
   const SampleSource source(problem.samples, extents.cells_per_slice(), extents.num_slices(), problem.seed);
   Texture texture = make_texture(extents, source.channels());
   const std::size_t channels = static_cast<std::size_t>(source.channels());
-  for (SliceIndex s = 0; s < extents.num_slices(); ++s) {
+  for (const SliceIndex s : extents.slices()) {
     const std::vector<float> list = source.list(s);
     const Permutation order = start_permutation(problem.seed, s, extents.cells_per_slice());
     std::vector<float> slice;
@@ -57,7 +57,7 @@ inline void write_run_file(const std::string& path, const RunConfig& config, con
   if (with_density) content.datasets.push_back({"/pdf", ElementType::float32, 1, false});
   content.history = {{"sweep", {0, 1, 2}}, {"relative_error", {1, 0.5, 0.25}}, {"seconds", {0, 1.5, 2}}};
   RunFileWriter writer(posix_file_ops(), path, content);
-  for (SliceIndex s = 0; s < texture.extents.num_slices(); ++s) {
+  for (const SliceIndex s : texture.extents.slices()) {
     const std::vector<float> slice = interleaved_slice(texture, s);
     writer.write_slice(0, s, std::as_bytes(std::span(slice)));
     std::vector<float> density;

@@ -56,7 +56,7 @@ inline RunFileContent sample_content() {
 
 // Element i of a slice: different for each dataset, slice, element and generation; for uint64, past 32 bits.
 inline std::uint64_t sample_value(int dataset, SliceIndex slice, std::size_t element, int generation) {
-  const auto low = static_cast<std::uint64_t>(((generation * 11 + dataset) * 13 + slice) * 1009) + element;
+  const auto low = static_cast<std::uint64_t>(((generation * 11 + dataset) * 13 + slice.value()) * 1009) + element;
   return low + (std::uint64_t{low} << 40);
 }
 
@@ -78,7 +78,8 @@ inline void write_sample_file(FileOps& ops, const std::string& path, const RunFi
                               int generation = 0) {
   RunFileWriter writer(ops, path, content);
   for (int dataset = 0; dataset < static_cast<int>(content.datasets.size()); ++dataset) {
-    for (SliceIndex slice = content.extents.num_slices(); slice-- > 0;) {
+    for (std::int32_t s = content.extents.num_slices(); s-- > 0;) {
+      const SliceIndex slice(s);
       writer.write_slice(dataset, slice, sample_slice(content, dataset, slice, generation));
     }
   }
@@ -91,7 +92,7 @@ inline int sample_generation(const std::string& path, const RunFileContent& cont
   for (int generation = 0; generation < num_generations; ++generation) {
     bool same = true;
     for (int dataset = 0; dataset < static_cast<int>(content.datasets.size()); ++dataset) {
-      for (SliceIndex slice = 0; slice < content.extents.num_slices(); ++slice) {
+      for (const SliceIndex slice : content.extents.slices()) {
         const std::vector<std::byte> expected = sample_slice(content, dataset, slice, generation);
         std::vector<std::byte> found(expected.size());
         reader.read_slice(dataset, slice, found);

@@ -171,9 +171,9 @@ class SliceConstructionOracle {
 
   // Which slice offset leads from one slice to another.
   std::size_t offset(std::size_t from, std::size_t to) const {
-    Extents::SliceCoord d = extents_.slice_coord(static_cast<SliceIndex>(from));
+    Extents::SliceCoord d = extents_.slice_coord(SliceIndex(from));
     for (std::int32_t& coordinate : d) coordinate = -coordinate;
-    return static_cast<std::size_t>(extents_.slice_at(static_cast<SliceIndex>(to), d));
+    return static_cast<std::size_t>(extents_.slice_at(SliceIndex(to), d));
   }
 
   void draw_start(std::uint64_t seed, std::size_t slice) {

@@ -18,7 +18,7 @@
 namespace noiseloom {
 
 struct Visit {
-  SliceIndex slice = 0;
+  SliceIndex slice;
   std::uint32_t sweep = 0;
   std::uint64_t seed = 0;
   std::int64_t iterations = 1;  // anneal: n / 2 candidates each, for n cells of the slice

@@ -12,25 +12,31 @@ class Distribution {
  public:
   // Of so many slices over so many ranks; with more ranks than slices the last ranks own none. Requires
   // rank < num_ranks.
-  Distribution(SliceIndex num_slices, int num_ranks, Rank rank)
+  Distribution(std::int32_t num_slices, int num_ranks, Rank rank)
       : Distribution(Partition(num_slices, num_ranks), rank) {}
   Distribution(const Partition& partition, Rank rank);
 
   const Partition& partition() const { return partition_; }
   Rank rank() const { return rank_; }  // whose view this is
-  SliceIndex num_slices() const { return partition_.num_slices(); }
+  std::int32_t num_slices() const { return partition_.num_slices(); }
   IndexRange<Rank> ranks() const { return first_indices<Rank>(partition_.num_ranks()); }
 
-  Rank owner(SliceIndex slice) const { return Rank(partition_.part_of(slice)); }
-  IndexRange<SliceIndex> slices_of(Rank rank) const { return {partition_.begin(rank), partition_.end(rank)}; }
+  Rank owner(SliceIndex slice) const { return Rank(partition_.part_of(slice.value())); }
+  IndexRange<SliceIndex> slices_of(Rank rank) const {
+    return {SliceIndex(partition_.begin(rank)), SliceIndex(partition_.end(rank))};
+  }
 
   // Of the rank whose view this is.
   IndexRange<SliceIndex> own_slices() const { return slices_of(rank_); }
-  SliceIndex num_own() const { return partition_.count(rank_); }
+  std::int32_t num_own() const { return partition_.count(rank_); }
   bool owns(SliceIndex slice) const { return own_slices().contains(slice); }
   // Requires an own slice.
-  LocalSlice local_slice_from_global(SliceIndex slice) const { return LocalSlice(slice - partition_.begin(rank_)); }
-  SliceIndex global_slice_from_local(LocalSlice slice) const { return partition_.begin(rank_) + slice.value(); }
+  LocalSlice local_slice_from_global(SliceIndex slice) const {
+    return LocalSlice(slice.value() - partition_.begin(rank_));
+  }
+  SliceIndex global_slice_from_local(LocalSlice slice) const {
+    return SliceIndex(partition_.begin(rank_) + slice.value());
+  }
 
  private:
   Partition partition_;

@@ -40,7 +40,8 @@ class Extents {
   std::int64_t width() const { return sizes_[0]; }
   std::int64_t height() const { return sizes_[1]; }
   Cell cells_per_slice() const { return sizes_[0] * sizes_[1]; }
-  SliceIndex num_slices() const { return num_slices_; }
+  std::int32_t num_slices() const { return num_slices_; }
+  IndexRange<SliceIndex> slices() const { return first_indices<SliceIndex>(num_slices_); }
   std::int64_t num_cells() const { return cells_per_slice() * num_slices_; }
 
   // Coordinates along the slice axes (index 0 is axis 2).
@@ -59,7 +60,7 @@ class Extents {
  private:
   std::vector<std::int64_t> sizes_;
   std::vector<std::string> names_;
-  SliceIndex num_slices_ = 0;
+  std::int32_t num_slices_ = 0;
 };
 
 }  // namespace noiseloom

@@ -7,9 +7,8 @@
 //   SampleId      a sample of a slice's list (samples/sample_space.h)
 //
 // What folders say to each other names things by these types; a loop that does arithmetic on positions takes the
-// integer out once and keeps it to itself. Counts and coordinates are integers, and so are the slice of the texture
-// and a cell of it, which counts and coordinates make up: every other kind being a type, they can be mistaken for none
-// of them.
+// integer out once and keeps it to itself. Counts and coordinates are integers, and so is a cell of a slice, which
+// coordinates make up: every other kind being a type, they can be mistaken for none of them.
 #pragma once
 
 #include <compare>
@@ -47,6 +46,11 @@ class Index {
   constexpr explicit Index(From value) : value_(narrow<Int>(value)) {}
 
   constexpr Int value() const { return value_; }
+  // Where an array is looked into: values[static_cast<std::size_t>(slice)].
+  template <std::integral To>
+  constexpr explicit operator To() const {
+    return static_cast<To>(value_);
+  }
   constexpr Index& operator++() {
     ++value_;
     return *this;
@@ -63,7 +67,7 @@ class Index {
   Int value_ = 0;
 };
 
-using SliceIndex = std::int32_t;
+using SliceIndex = Index<struct SliceTag, std::int32_t>;
 using Rank = Index<struct RankTag, int>;
 using LocalSlice = Index<struct LocalSliceTag, std::int32_t>;
 

@@ -10,21 +10,21 @@ namespace noiseloom {
 // to which rank is asked of a Distribution (core/distribution.h), which takes nothing for a rank that is none.
 class Partition {
  public:
-  Partition(SliceIndex num_slices, int num_ranks);
+  Partition(std::int32_t num_slices, int num_ranks);
 
-  SliceIndex num_slices() const { return num_slices_; }
+  std::int32_t num_slices() const { return num_slices_; }
   int num_ranks() const { return num_ranks_; }
-  SliceIndex begin(int part) const;
-  SliceIndex end(int part) const { return begin(part + 1); }
-  SliceIndex count(int part) const { return end(part) - begin(part); }
-  int part_of(SliceIndex slice) const;
+  std::int32_t begin(int part) const;
+  std::int32_t end(int part) const { return begin(part + 1); }
+  std::int32_t count(int part) const { return end(part) - begin(part); }
+  int part_of(std::int32_t item) const;
 
-  SliceIndex begin(Rank rank) const { return begin(rank.value()); }
-  SliceIndex end(Rank rank) const { return end(rank.value()); }
-  SliceIndex count(Rank rank) const { return count(rank.value()); }
+  std::int32_t begin(Rank rank) const { return begin(rank.value()); }
+  std::int32_t end(Rank rank) const { return end(rank.value()); }
+  std::int32_t count(Rank rank) const { return count(rank.value()); }
 
  private:
-  SliceIndex num_slices_;
+  std::int32_t num_slices_;
   int num_ranks_;
 };
 

@@ -50,10 +50,10 @@ enum class StoredNumbers {
 
 // What a writer must know before the first slice. Lives until end() has returned.
 struct ContainerJob {
-  std::string source;          // path of the run file, for messages
-  Extents extents;             // of the whole texture
-  SliceIndex first_slice = 0;  // the first of the slices that go into this file,
-  SliceIndex num_slices = 1;   // and how many there are
+  std::string source;           // path of the run file, for messages
+  Extents extents;              // of the whole texture
+  SliceIndex first_slice;       // the first of the slices that go into this file,
+  std::int32_t num_slices = 1;  // and how many there are
   ExportLayout layout = ExportLayout::slices;
   ImageShape slice;                 // of one slice; content `pixels` alone
   int columns = 1;                  // of slices beside each other; layouts `row` and `atlas`
@@ -68,6 +68,7 @@ struct ContainerJob {
   std::string unfinished;                                  // how far the run came, in words; "" where it is finished
   std::optional<std::int64_t> num_points;  // of the point set in the whole texture, where one is exported
 
+  IndexRange<SliceIndex> slices() const { return {first_slice, SliceIndex(first_slice.value() + num_slices)}; }
   bool holds_all_slices() const { return num_slices == extents.num_slices(); }
 };
 

@@ -54,14 +54,17 @@ struct ExportOutput {
 
 struct ExportPlan {
   std::vector<ExportOutput> outputs;  // the one that was asked for, then images of the density or tables of points
-  SliceIndex begin = 0;
-  SliceIndex end = 0;
+  std::int32_t begin = 0;             // the slices begin, ..., end - 1
+  std::int32_t end = 0;
   std::optional<ValueRange> range;  // stored numbers are to_unit(range, value); none: the values themselves
   bool with_density = false;        // in the channel A
   // The frames that are written in place of the slices: output f * values + v is value v of frame f.
   std::optional<TextureRead> reads;
   Extents extents;                         // of what is written: the texture, or [frames][values] of it
   std::optional<std::int64_t> num_points;  // with a threshold: how many pixels of the whole texture are points
+
+  IndexRange<SliceIndex> slices() const { return {SliceIndex(begin), SliceIndex(end)}; }
+  std::int32_t num_slices() const { return end - begin; }
 };
 
 // What is to be written where. `name` is the run file's path. Throws UserError with every fault.

@@ -47,7 +47,7 @@ struct TextureReading {
 };
 
 // Of so many slices at most the places are kept.
-inline constexpr SliceIndex most_slices_with_places = 16;
+inline constexpr std::int32_t most_slices_with_places = 16;
 
 struct TextureFile {
   Texture texture;

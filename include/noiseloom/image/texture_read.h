@@ -22,14 +22,14 @@ enum class ValuesFrom {
 struct TextureRead {
   std::int64_t width = 1;  // of the texture; 1 to 65536
   std::int64_t height = 1;
-  SliceIndex num_slices = 1;
+  std::int32_t num_slices = 1;
   int values = 1;  // that a pixel reads in a frame
   ValuesFrom from = ValuesFrom::offsets;
 
   struct Place {
     std::int64_t dx = 0;  // to add to the pixel, 0 <= dx < width
     std::int64_t dy = 0;
-    SliceIndex slice = 0;
+    SliceIndex slice;
   };
   // frame >= 0; 0 <= value < values.
   Place place(std::int64_t frame, int value) const;

@@ -39,7 +39,7 @@ double weighted_distance_sum(const Footprint& footprint, DistanceKind kind, int 
 // division of each slice (error stated in mean_distance.cpp).
 class MeanDistance {
  public:
-  MeanDistance(DistanceKind kind, int channels, std::int64_t cells_per_slice, SliceIndex num_slices);
+  MeanDistance(DistanceKind kind, int channels, std::int64_t cells_per_slice, std::int32_t num_slices);
   std::int64_t num_tasks() const;
   // Tasks do not depend on each other; each asks for the lists that it needs.
   double run_task(std::int64_t task, const SliceList& list) const;
@@ -54,7 +54,7 @@ class MeanDistance {
   DistanceKind kind_;
   int channels_;
   std::int64_t cells_per_slice_;
-  SliceIndex num_slices_;
+  std::int32_t num_slices_;
 };
 
 // `slice_sums`: weighted_distance_sum of every slice, in slice order. 1 where all samples are equal (m = 0).

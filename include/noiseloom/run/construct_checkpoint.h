@@ -44,7 +44,7 @@ struct ConstructState {
 bool is_construct_run(const RunFileContent& content);
 
 // The state of a run with that progress and history.
-ConstructState construct_state_of(const ConstructProgress& progress, SliceIndex num_slices, double sharpness,
+ConstructState construct_state_of(const ConstructProgress& progress, std::int32_t num_slices, double sharpness,
                                   std::vector<ConstructRow> history);
 
 // Adds the rows that fall between two moments of a run.

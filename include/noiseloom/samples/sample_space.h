@@ -24,7 +24,7 @@ DistanceKind distance_kind(const SampleSpec& spec, int channels);
 
 // Of a texture of those slices. file: what its contents say, or its header where they are not at hand; throws UserError
 // for a shape that fits no such texture.
-int num_channels(const SampleSpec& spec, std::int64_t cells_per_slice, SliceIndex num_slices);
+int num_channels(const SampleSpec& spec, std::int64_t cells_per_slice, std::int32_t num_slices);
 
 // Distance in double. a, b: `channels` values each. circle: circumference 1. angle: radians, cosine clamped to [-1, 1];
 // unit vectors in float have lengths off by up to 1e-7, so equal samples may be 5e-4 apart. axis: see DistanceKind.
@@ -40,7 +40,7 @@ class SampleSource {
  public:
   // Reads and checks a user's file; UserError naming the shapes that are accepted, or slice, sample and channel of the
   // first values that are not.
-  SampleSource(const SampleSpec& spec, std::int64_t cells_per_slice, SliceIndex num_slices, std::uint64_t seed);
+  SampleSource(const SampleSpec& spec, std::int64_t cells_per_slice, std::int32_t num_slices, std::uint64_t seed);
   ~SampleSource();
   SampleSource(SampleSource&&) noexcept;
 
@@ -49,7 +49,7 @@ class SampleSource {
   // A file's Euclidean distance of one channel is `absolute`.
   DistanceKind distance() const;
   std::int64_t cells_per_slice() const;
-  SliceIndex num_slices() const;
+  std::int32_t num_slices() const;
   // cells_per_slice * channels floats, [id][channel]. One jittered sample in each of n equal-measure strata, n any
   // number >= 1; or the file's.
   std::vector<float> list(SliceIndex slice) const;
