@@ -8,6 +8,7 @@
 #include "noiseloom/core/random.h"
 #include "render/jobs/frames.h"
 #include "render/jobs/job.h"
+#include "render/jobs/scene_passes.h"
 #include "render/jobs/scene_sizes.h"
 #include "render/jobs/seeds.h"
 

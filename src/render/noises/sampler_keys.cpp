@@ -22,10 +22,8 @@
 namespace noiseloom::render {
 namespace {
 
-using T = SamplerTables;
-
-constexpr int tile_side = static_cast<int>(T::side);
-constexpr std::size_t num_cells = T::side * T::side;
+constexpr int tile_side = static_cast<int>(SamplerTables::side);
+constexpr std::size_t num_cells = SamplerTables::side * SamplerTables::side;
 constexpr std::size_t num_steps = 64;  // integrands, one for each bit of a word
 constexpr std::size_t lanes_of_errors = 8;
 constexpr int codes = 256;
@@ -118,8 +116,8 @@ class Annealing {
       : spec_(spec), sequence_(sequence), integrands_(spec.numbers, spec.seed), keys_(num_cells), errors_(num_cells) {
     // Every key of values as often as any other.
     for (std::size_t i = 0; i < num_cells; ++i) {
-      const auto high_x = static_cast<unsigned>(i % T::side);
-      const auto high_y = static_cast<unsigned>(i / T::side);
+      const auto high_x = static_cast<unsigned>(i % SamplerTables::side);
+      const auto high_y = static_cast<unsigned>(i / SamplerTables::side);
       keys_[i] = {static_cast<std::uint8_t>(2 * high_x + (high_y & 1)),
                   static_cast<std::uint8_t>(2 * high_y + (high_x & 1)), 0};
     }
@@ -138,7 +136,7 @@ class Annealing {
   Errors error_of(const Keys& keys, int points) const {
     std::array<int, num_steps> counts{};
     for (int i = 0; i < points; ++i) {
-      const std::size_t point = static_cast<std::size_t>(i ^ keys.order) * T::num_dimensions;
+      const std::size_t point = static_cast<std::size_t>(i ^ keys.order) * SamplerTables::num_dimensions;
       const std::size_t x = sequence_[point] ^ std::size_t{keys.x};
       const std::size_t y = sequence_[point + 1] ^ std::size_t{keys.y};
       const std::uint64_t bits = integrands_.inside[y * codes + x];
@@ -167,8 +165,8 @@ class Annealing {
       const int d = (static_cast<int>(to) - static_cast<int>(from)) & (tile_side - 1);
       return std::min(d, tile_side - d);
     };
-    const int dx = apart(a % T::side, b % T::side);
-    const int dy = apart(a / T::side, b / T::side);
+    const int dx = apart(a % SamplerTables::side, b % SamplerTables::side);
+    const int dy = apart(a / SamplerTables::side, b / SamplerTables::side);
     const auto found = std::find_if(neighbours_.begin(), neighbours_.end(),
                                     [&](const Neighbour& one) { return one.dx == dx && one.dy == dy; });
     return found == neighbours_.end() ? 0 : found->weight;
@@ -298,17 +296,18 @@ SamplerTables make_sampler_tables(const KeysSpec& spec) {
   NOISELOOM_CHECK(spec.points >= 1 && spec.points <= codes && std::has_single_bit(static_cast<unsigned>(spec.points)));
   NOISELOOM_CHECK(spec.numbers == 1 || spec.numbers == 2);
   const auto numbers = static_cast<std::size_t>(spec.numbers);
-  const std::size_t groups_with_keys = T::num_keys / numbers;
-  SamplerTables tables{std::vector<std::uint8_t>(T::num_points * T::num_dimensions),
-                       std::vector<std::uint8_t>(num_cells * T::num_keys),
-                       std::vector<std::uint8_t>(num_cells * T::num_keys)};
+  const std::size_t groups_with_keys = SamplerTables::num_keys / numbers;
+  SamplerTables tables{std::vector<std::uint8_t>(SamplerTables::num_points * SamplerTables::num_dimensions),
+                       std::vector<std::uint8_t>(num_cells * SamplerTables::num_keys),
+                       std::vector<std::uint8_t>(num_cells * SamplerTables::num_keys)};
   std::vector<std::array<std::uint8_t, codes>> orders;
-  for (std::size_t group = 0; group < T::num_dimensions / numbers; ++group) {
+  for (std::size_t group = 0; group < SamplerTables::num_dimensions / numbers; ++group) {
     orders.push_back(nested_order(spec.seed, static_cast<std::uint32_t>(group)));
     for (unsigned i = 0; i < codes; ++i) {
       const auto scramble = group < groups_with_keys ? 0U : static_cast<std::uint32_t>(group);
       const auto point = point_of(orders[group][i], spec.seed, scramble);
-      for (std::size_t k = 0; k < numbers; ++k) tables.sequence[i * T::num_dimensions + group * numbers + k] = point[k];
+      for (std::size_t k = 0; k < numbers; ++k)
+        tables.sequence[i * SamplerTables::num_dimensions + group * numbers + k] = point[k];
     }
   }
   const std::vector<Keys> keys = Annealing(spec, tables.sequence).run();
@@ -322,7 +321,7 @@ SamplerTables make_sampler_tables(const KeysSpec& spec) {
       for (int x = 0; x < tile_side; ++x) {
         const Keys& own = keys[cell_at(x + static_cast<int>(place.dx), y + static_cast<int>(place.dy))];
         for (std::size_t k = 0; k < numbers; ++k) {
-          const std::size_t at = cell_at(x, y) * T::num_keys + group * numbers + k;
+          const std::size_t at = cell_at(x, y) * SamplerTables::num_keys + group * numbers + k;
           tables.scramble[at] = k == 0 ? own.x : own.y;
           tables.order[at] = inverse[own.order];
         }
