@@ -19,6 +19,9 @@ constexpr std::size_t points_per_visit = 2;
 // where neighbours alone are exchanged, at 16 moments; 0.1003 0.0874 where two slices trade pixels as well; 0.0998
 // 0.0862 where any number of slices hand them round, at 64 moments. Rounds take the longer to find, the more slices
 // there are. Annealing pixels among the slices, two or more slices at a time, from any temperature: nothing.
+// Nor do strata that are complete (two pixels exchange two strata, in the one slice and in the other): of half a
+// million such exchanges, each the best of the 17 that there are for a pixel, a slice and a stratum, 54 lowered the
+// energy.
 constexpr int passes_at_end = 4;
 std::size_t moments_of_stratum(std::size_t num_strata) { return std::clamp<std::size_t>(1024 / num_strata, 1, 64); }
 
