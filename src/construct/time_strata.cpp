@@ -32,7 +32,7 @@ class TimeStrata {
   TimeStrata(const Extents& extents, const FilterSpec& filter, int axis, double sharpness, std::uint64_t seed)
       : state_(extents, filter, axis, sharpness, seed), neighbours_(state_.kernel()) {}
 
-  std::vector<std::vector<std::uint32_t>> make() {
+  std::vector<std::vector<std::uint32_t>> make(const std::function<bool()>& goes_on) {
     const std::size_t num_strata = state_.stacks()[0].size();
     const std::size_t of_stratum = state_.cells() / num_strata;
     const std::size_t moments = moments_of_stratum(num_strata);
@@ -42,6 +42,7 @@ class TimeStrata {
       const bool exchanges = stratum + 1 < num_strata;
       for (std::size_t begin = 0; begin < of_stratum; begin += points_per_visit) {
         const std::size_t end = std::min(of_stratum, begin + points_per_visit);
+        if (!goes_on()) return {};
         for (std::size_t slice = 0; slice < state_.num_slices(); ++slice) {
           visit(slice, stratum * of_stratum, begin, end);
         }
@@ -181,10 +182,11 @@ class TimeStrata {
 }  // namespace
 
 std::vector<std::vector<std::uint32_t>> time_strata(const Extents& extents, const FilterSpec& filter, int axis,
-                                                    double sharpness, std::uint64_t seed) {
+                                                    double sharpness, std::uint64_t seed,
+                                                    const std::function<bool()>& goes_on) {
   NOISELOOM_CHECK(axis >= 2 && fits_time_strata(extents, axis));
   if (sharpness == 0) sharpness = sharpness_of_strata(best_sharpness(try_sharpness(extents, filter)));
-  return TimeStrata(extents, filter, axis, sharpness, seed).make();
+  return TimeStrata(extents, filter, axis, sharpness, seed).make(goes_on);
 }
 
 }  // namespace noiseloom

@@ -4,15 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/effect_list.h"
-#include "render/filter_passes.h"
-#include "render/frames.h"
-#include "render/job.h"
-#include "render/measure_pass.h"
-#include "render/prediction.h"
-#include "render/scene_passes.h"
-#include "render/scene_sizes.h"
-#include "render/truth_pass.h"
+#include "render/filters/filter_passes.h"
+#include "render/jobs/effect_list.h"
+#include "render/jobs/frames.h"
+#include "render/jobs/job.h"
+#include "render/jobs/scene_passes.h"
+#include "render/jobs/scene_sizes.h"
+#include "render/measures/measure_pass.h"
+#include "render/measures/truth_pass.h"
+#include "render/pictures/prediction.h"
 
 namespace noiseloom::render {
 namespace {

@@ -7,7 +7,7 @@
 #include "noiseloom/core/quantity_text.h"
 #include "noiseloom/render/passes.h"
 #include "noiseloom/render/result.h"
-#include "render/frames.h"
+#include "render/jobs/frames.h"
 
 namespace noiseloom::render {
 namespace {

@@ -10,9 +10,9 @@
 #include "noiseloom/core/error.h"
 #include "noiseloom/core/stopwatch.h"
 #include "noiseloom/render/result.h"
-#include "render/effects.h"
-#include "render/frames.h"
-#include "render/job.h"
+#include "render/jobs/effects.h"
+#include "render/jobs/frames.h"
+#include "render/jobs/job.h"
 
 namespace noiseloom::render {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "noiseloom/core/json.h"
 #include "noiseloom/core/quantity_text.h"
-#include "render/frames.h"
+#include "render/jobs/frames.h"
 
 namespace noiseloom::render {
 namespace {

@@ -36,10 +36,18 @@ def read_table():
     return table
 
 
+def whole(name):
+    """The folder that a part is of, or the folder itself."""
+    return name.split("/")[0]
+
+
 def closure(table, name):
-    """Folders and single headers that a folder may include: what its row says and what those may use."""
+    """Folders, parts and single headers that a folder may include: what its row says and what those may use."""
     seen = {name}
-    waiting = [use for use in table[name][0]]
+    waiting = list(table[name][0])
+    if whole(name) != name:  # public headers stand in the whole folder, whose other parts are not meant
+        seen.add(whole(name))
+        waiting += [use for use in table[whole(name)][0] if whole(use) != whole(name)]
     while waiting:
         use = waiting.pop()
         if use not in seen:
@@ -66,13 +74,17 @@ class Layers(unittest.TestCase):
     def folder(self, path):
         for root in ("include/noiseloom", "src", "tests"):
             if (SOURCE / root) in path.parents:
-                return path.relative_to(SOURCE / root).parts[0]
+                parts = path.relative_to(SOURCE / root).parts
+                part = "/".join(parts[:2])
+                return part if root == "src" and part in self.table else parts[0]
         return None
 
     def target(self, include):
-        """The folder of ours that an include names and the header within it, or None."""
+        """The folder of ours that an include names, or the part of one, and the header within it; or None."""
         parts = pathlib.PurePosixPath(include).with_suffix("").parts
         parts = parts[1:] if parts[0] == "noiseloom" else parts
+        if "/".join(parts[:2]) in self.table:
+            return "/".join(parts[:2]), "/".join(parts)
         return (parts[0], "/".join(parts)) if parts and parts[0] in self.table else None
 
     def check(self, path, allowed):
@@ -88,7 +100,7 @@ class Layers(unittest.TestCase):
         known = set()
         for name, (uses, libraries) in self.table.items():
             for use in uses:
-                self.assertIn(use.split("/")[0], known, f"{name} uses {use}")
+                self.assertTrue({use, whole(use)} & known, f"{name} uses {use}")
             self.assertLessEqual(set(libraries), set(HEADERS), name)
             known.add(name)
 
@@ -97,6 +109,10 @@ class Layers(unittest.TestCase):
             for path in (SOURCE / root).iterdir():
                 if path.is_dir():
                     self.assertIn(path.name, self.table, f"{path} has no row in src/layers.txt")
+        for name in {whole(name) for name in self.table if "/" in name}:
+            for path in (SOURCE / "src" / name).iterdir():
+                if path.is_dir() and path.name != "library":  # of a module
+                    self.assertIn(f"{name}/{path.name}", self.table, f"{path} has no row in src/layers.txt")
 
     def test_includes_hold_to_the_table(self):
         checked = 0
@@ -123,11 +139,11 @@ class Layers(unittest.TestCase):
                 first = pathlib.PurePosixPath(include).parts[0]
                 if first in self.table:
                     self.assertNotIn("include", path.relative_to(SOURCE).parts, f"{path} includes {include}")
-                    self.assertEqual(first, self.folder(path), f"{path} includes {include}")
+                    self.assertEqual(first, whole(self.folder(path)), f"{path} includes {include}")
 
     def test_libraries_stay_in_their_folders(self):
         for path in sources("include/noiseloom", "src"):
-            allowed = set(self.table[self.folder(path)][1]) | EVERYWHERE
+            allowed = set(self.table[whole(self.folder(path))][1]) | EVERYWHERE
             for include in includes(path):
                 for library, headers in HEADERS.items():
                     if library not in allowed:

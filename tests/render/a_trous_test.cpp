@@ -1,4 +1,4 @@
-#include "render/a_trous.h"
+#include "render/pictures/a_trous.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 
 #include "noiseloom/core/error.h"
 #include "render/scene_support.h"
-#include "render/surface.h"
+#include "render/world/surface.h"
 
 namespace noiseloom::render {
 namespace {

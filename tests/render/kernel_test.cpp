@@ -1,5 +1,5 @@
 // Effects that draw from a kernel, a sky or a map.
-#include "render/kernel.h"
+#include "render/world/kernel.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "noiseloom/files/image_decoder.h"
 #include "noiseloom/samples/sample_space.h"
 #include "render/scene_support.h"
-#include "render/sky_light.h"
+#include "render/world/sky_light.h"
 
 namespace noiseloom::render {
 namespace {

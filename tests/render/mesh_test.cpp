@@ -1,6 +1,6 @@
 // Meshes in the place of the sphere. Without the libraries that read and trace them, there is nothing to test but that
 // this is said.
-#include "render/mesh.h"
+#include "render/world/mesh.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -6,10 +6,10 @@
 #include <limits>
 #include <numbers>
 
-#include "render/flip.h"
-#include "render/measure_pass.h"
+#include "render/measures/measure_pass.h"
+#include "render/pictures/flip.h"
+#include "render/pictures/spectra.h"
 #include "render/scene_support.h"
-#include "render/spectra.h"
 
 namespace noiseloom::render {
 namespace {

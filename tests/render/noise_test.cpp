@@ -10,7 +10,7 @@
 #include <set>
 
 #include "noiseloom/core/error.h"
-#include "render/sampler_tables.h"
+#include "render/noises/sampler_tables.h"
 #include "render/scene_support.h"
 #include "support/run_files.h"
 

@@ -1,5 +1,5 @@
 // What the score promises of random steps is what random steps leave.
-#include "render/prediction.h"
+#include "render/pictures/prediction.h"
 
 #include <gtest/gtest.h>
 

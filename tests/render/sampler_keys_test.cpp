@@ -1,4 +1,4 @@
-#include "render/sampler_keys.h"
+#include "render/noises/sampler_keys.h"
 
 #include <gtest/gtest.h>
 
@@ -62,8 +62,8 @@ TEST(SamplerKeys, ErrorsHaveLittleOfLowFrequenciesAfterEveryPowerOfTwo) {
     const SamplerTables tables = few_keys(numbers);
     const SamplerTables scattered = scattered_keys(tables);
     // Of the first numbers and of those that have the keys of other places of the tile.
-    for (const std::size_t first : {0, 2, 6})
-      for (const std::size_t points : {1, 2, 4}) {
+    for (const std::size_t first : {0UL, 2UL, 6UL})
+      for (const std::size_t points : {1UL, 2UL, 4UL}) {
         const auto error = [&](const SamplerTables& of) {
           if (numbers == 1)
             return smoothed_error(of, points, 0.5, [&](const SamplerTables& t, auto x, auto y, auto i) {

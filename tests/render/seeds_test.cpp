@@ -1,4 +1,4 @@
-#include "render/seeds.h"
+#include "render/jobs/seeds.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 #include <numeric>
 #include <utility>
 
-#include "render/pattern.h"
-#include "render/retarget.h"
+#include "render/jobs/retarget.h"
+#include "render/measures/pattern.h"
 #include "render/scene_support.h"
 
 namespace noiseloom::render {

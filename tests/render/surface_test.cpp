@@ -1,4 +1,4 @@
-#include "render/surface.h"
+#include "render/world/surface.h"
 
 #include <gtest/gtest.h>
 

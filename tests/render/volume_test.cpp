@@ -1,4 +1,4 @@
-#include "render/volume.h"
+#include "render/world/volume.h"
 
 #include <gtest/gtest.h>
 

@@ -5,10 +5,10 @@
 //   LocalSlice    a slice of a rank, counted from the rank's first (core/distribution.h)
 //   SliceIndex    a slice of the texture
 //   SampleId      a sample of a slice's list (samples/sample_space.h)
-//   Cell          a place inside a slice (core/extents.h)
 //
 // What folders say to each other names things by these types; a loop that does arithmetic on positions takes the
-// integer out once and keeps it to itself. Counts and coordinates are integers.
+// integer out once and keeps it to itself. Counts and coordinates are integers, and so is a cell of a slice, which
+// coordinates make up: every other kind being a type, they can be mistaken for none of them.
 #pragma once
 
 #include <compare>

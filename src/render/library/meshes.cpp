@@ -14,7 +14,7 @@
 #include <embree3/rtcore.h>
 #endif
 
-#include "render/mesh_library.h"
+#include "render/world/mesh_library.h"
 
 namespace noiseloom::render {
 namespace {
