@@ -19,6 +19,9 @@ constexpr std::size_t points_per_visit = 2;
 // where neighbours alone are exchanged, at 16 moments; 0.1003 0.0874 where two slices trade pixels as well; 0.0998
 // 0.0862 where any number of slices hand them round, at 64 moments. Rounds take the longer to find, the more slices
 // there are. Annealing pixels among the slices, two or more slices at a time, from any temperature: nothing.
+// Nor do strata that are complete (two pixels exchange two strata, in the one slice and in the other): of half a
+// million such exchanges, each the best of the 17 that there are for a pixel, a slice and a stratum, 54 lowered the
+// energy.
 constexpr int passes_at_end = 4;
 std::size_t moments_of_stratum(std::size_t num_strata) { return std::clamp<std::size_t>(1024 / num_strata, 1, 64); }
 
@@ -32,7 +35,7 @@ class TimeStrata {
   TimeStrata(const Extents& extents, const FilterSpec& filter, int axis, double sharpness, std::uint64_t seed)
       : state_(extents, filter, axis, sharpness, seed), neighbours_(state_.kernel()) {}
 
-  std::vector<std::vector<std::uint32_t>> make() {
+  std::vector<std::vector<std::uint32_t>> make(const std::function<bool()>& goes_on) {
     const std::size_t num_strata = state_.stacks()[0].size();
     const std::size_t of_stratum = state_.cells() / num_strata;
     const std::size_t moments = moments_of_stratum(num_strata);
@@ -42,6 +45,7 @@ class TimeStrata {
       const bool exchanges = stratum + 1 < num_strata;
       for (std::size_t begin = 0; begin < of_stratum; begin += points_per_visit) {
         const std::size_t end = std::min(of_stratum, begin + points_per_visit);
+        if (!goes_on()) return {};
         for (std::size_t slice = 0; slice < state_.num_slices(); ++slice) {
           visit(slice, stratum * of_stratum, begin, end);
         }
@@ -181,10 +185,11 @@ class TimeStrata {
 }  // namespace
 
 std::vector<std::vector<std::uint32_t>> time_strata(const Extents& extents, const FilterSpec& filter, int axis,
-                                                    double sharpness, std::uint64_t seed) {
+                                                    double sharpness, std::uint64_t seed,
+                                                    const std::function<bool()>& goes_on) {
   NOISELOOM_CHECK(axis >= 2 && fits_time_strata(extents, axis));
   if (sharpness == 0) sharpness = sharpness_of_strata(best_sharpness(try_sharpness(extents, filter)));
-  return TimeStrata(extents, filter, axis, sharpness, seed).make();
+  return TimeStrata(extents, filter, axis, sharpness, seed).make(goes_on);
 }
 
 }  // namespace noiseloom

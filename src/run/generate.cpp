@@ -330,7 +330,11 @@ GenerateResult Generation::run() {
   if (asked_to_stop()) return stopped_before_start();
   if (!resumed_) probe();
   note_start_goes_on();
-  begin();
+  try {
+    begin();
+  } catch (const StartStopped&) {
+    return stopped_before_start();
+  }
   note_start_goes_on();
   if (resumed_ && !job_->finished()) probe();
   std::string checksum = stored_checksum_;

@@ -11,8 +11,8 @@
 #include "noiseloom/core/quantity_text.h"
 #include "noiseloom/files/digest.h"
 #include "noiseloom/run/checkpoint.h"
+#include "noiseloom/run/stop_signals.h"
 #include "run/checkpoint_parts.h"
-#include "run/joining.h"
 #include "run/memory_words.h"
 #include "run/start_file.h"
 
@@ -65,11 +65,16 @@ void SwapJob::start_from_time_strata(double run_s) {
   };
   const ProblemSpec& problem = config_.problem;
   std::vector<std::vector<std::uint32_t>> places;
+  bool stopped = false;
   communicator_->together([&] {
     naming_shortage("constructing strata over time", [&] {
-      places = time_strata(problem.extents, problem.filter, problem.extents.axis("t"), 0, problem.seed);
+      places = time_strata(problem.extents, problem.filter, problem.extents.axis("t"), 0, problem.seed, [&] {
+        stopped = noted_stop_signal() != 0;
+        return !stopped;
+      });
     });
   });
+  if (communicator_->any_bits(stopped ? 1U : 0U) != 0) throw StartStopped();
   optimizer_->start_from([&](SliceIndex slice) { return permutation_of(places[static_cast<std::size_t>(slice)]); },
                          now_s());
   const bool is_scalar = scale_of(problem.samples, source_.channels()) == SampleScale::line;
@@ -82,23 +87,21 @@ void SwapJob::start_from(const PermutationOf& permutation, double run_s) {
     return run_s + std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   };
   optimizer_->start_from(permutation, run_s);
-  if (!optimizer_->finished()) join(now_s);
+  if (optimizer_->finished() || !needs_joining(spec_)) return;
+  const std::optional<Joining> joining =
+      agree_on_joining(config_, source_, optimizer_->last_score(), spec_.stop.time_s - now_s(), *communicator_, *pool_);
+  if (!joining) throw StartStopped();
+  join(*joining, now_s());
 }
 
-// Where the user says with which temperature it begins, the schedule is the user's.
-void SwapJob::join(const std::function<double()>& now_s) {
-  if (spec_.temperature_start > 0 || spec_.temperature_end > 0) return;
-  std::int64_t workers[] = {pool_->num_threads()};
-  communicator_->sum(workers);
-  const JoiningQuestion question{.given_error = optimizer_->last_score(),
-                                 .left_s = spec_.stop.time_s - now_s(),
-                                 .workers = static_cast<int>(workers[0])};
-  Joining joining;
-  communicator_->together([&] { joining = find_joining(config_, source_, question, *pool_); });
-  // The clock has a say with stop.time.
-  joining.cold = communicator_->broadcast(joining.cold ? 1.0 : 0.0) != 0;
-  if (joining.cold) return optimizer_->join_cold(now_s());
-  optimizer_->join_schedule(joining.fraction, now_s());
+void SwapJob::start_from(const PermutationOf& permutation, const std::optional<Joining>& joining, double run_s) {
+  optimizer_->start_from(permutation, run_s);
+  if (joining && !optimizer_->finished()) join(*joining, run_s);
+}
+
+void SwapJob::join(const Joining& joining, double run_s) {
+  if (joining.cold) return optimizer_->join_cold(run_s);
+  optimizer_->join_schedule(joining.fraction, run_s);
 }
 
 void SwapJob::restore(const RunFileReader* saved) { restore_run(saved, config_, *optimizer_, *communicator_); }

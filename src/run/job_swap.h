@@ -6,6 +6,7 @@
 
 #include "noiseloom/anneal/swap_optimizer.h"
 #include "noiseloom/run/job.h"
+#include "run/joining.h"
 
 namespace noiseloom {
 
@@ -19,8 +20,9 @@ class SwapJob : public Job {
 
   void prepare(const Communicator& communicator, ThreadPool& pool) override;
   void start(double run_s) override;
-  // In place of start: from an arrangement of the slices that the optimiser holds, when `run_s` are over. *Collective*
-  void start_from(const PermutationOf& permutation, double run_s);
+  // In place of start: from an arrangement of the slices that the optimiser holds, when `run_s` are over. Without a
+  // joining the schedule is the user's. *Collective*
+  void start_from(const PermutationOf& permutation, const std::optional<Joining>& joining, double run_s);
   void restore(const RunFileReader* saved) override;
   void step(double run_s) override { optimizer_->step(run_s); }
   bool finished() const override { return optimizer_->finished(); }
@@ -42,7 +44,8 @@ class SwapJob : public Job {
   std::string score_text() const;
   std::string given_words() const;
   void start_from_time_strata(double run_s);
-  void join(const std::function<double()>& now_s);
+  void start_from(const PermutationOf& permutation, double run_s);
+  void join(const Joining& joining, double run_s);
 
   const RunConfig& config_;
   OptimizerSpec spec_;

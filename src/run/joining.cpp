@@ -13,6 +13,7 @@
 #include "noiseloom/core/math.h"
 #include "noiseloom/dist/communicator.h"
 #include "noiseloom/problem/footprint.h"
+#include "noiseloom/run/stop_signals.h"
 
 namespace noiseloom {
 namespace {
@@ -99,7 +100,7 @@ struct Trial {
   double candidate_s;
 };
 
-Trial anneal(Twin twin, double iterations, ThreadPool& pool) {
+Trial anneal(Twin twin, double iterations, const JoiningQuestion& question, ThreadPool& pool) {
   twin.optimizer.stop = StopSpec::none();
   twin.optimizer.stop.iterations = static_cast<std::int64_t>(iterations);
   const Extents& extents = twin.problem.extents;
@@ -108,7 +109,10 @@ Trial anneal(Twin twin, double iterations, ThreadPool& pool) {
   SwapOptimizer optimizer(twin.problem, twin.optimizer, source, alone, pool);
   optimizer.start();
   const auto begun = std::chrono::steady_clock::now();
-  while (!optimizer.finished()) optimizer.step(0);
+  while (!optimizer.finished()) {
+    if (question.is_stopped()) throw TrialsStopped();
+    optimizer.step(0);
+  }
   const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   return {optimizer.relative_error(), took_s / std::max(1.0, real(optimizer.candidates_done()))};
 }
@@ -118,9 +122,11 @@ bool is_constructed_circle(const RunConfig& config, const SampleSource& source) 
 }
 
 // Of a few milliseconds, the first of which find memory and threads cold: the best of three.
-double quickest_candidate(const Twin& twin, ThreadPool& pool) {
+double quickest_candidate(const Twin& twin, const JoiningQuestion& question, ThreadPool& pool) {
   double least_s = 1;
-  for (int trial = 0; trial < 3; ++trial) least_s = std::min(least_s, anneal(twin, 24, pool).candidate_s);
+  for (int trial = 0; trial < 3; ++trial) {
+    least_s = std::min(least_s, anneal(twin, 24, question, pool).candidate_s);
+  }
   return std::max(least_s, 1e-9);
 }
 
@@ -156,7 +162,7 @@ Joining find_joining(const RunConfig& config, const SampleSource& source, const 
   double iterations = stop.iterations > 0 ? real(stop.iterations) : iterations_of_rounds;
   double longest = most_trial_candidates * 2 / twin_pixels;
   if (stop.time_s > 0) {
-    const double candidate_s = quickest_candidate(twin, pool);
+    const double candidate_s = quickest_candidate(twin, question, pool);
     const double used = std::min(question.workers, pool.num_threads());  // what the trial had
     const double candidates = question.left_s / candidate_s * question.workers / used;
     iterations = std::max(1.0, candidates * 2 / pixels);
@@ -169,10 +175,37 @@ Joining find_joining(const RunConfig& config, const SampleSource& source, const 
   const double affordable = share_of_trials / 1.25 * iterations * pixels / twin_pixels;
   const double most = std::clamp(longest, fewest_trial_iterations, most_trial_iterations);
   const double tried = std::min(iterations, std::clamp(affordable, fewest_trial_iterations, most));
-  const double quarter = anneal(twin, std::max(1.0, std::floor(tried / 4)), pool).relative_error;
-  const double error = anneal(twin, std::max(1.0, std::floor(tried)), pool).relative_error;
+  const double quarter = anneal(twin, std::max(1.0, std::floor(tried / 4)), question, pool).relative_error;
+  const double error = anneal(twin, std::max(1.0, std::floor(tried)), question, pool).relative_error;
   const double expected = extrapolated_error(quarter, error, tried, iterations);
   return joining_of(question.given_error > 0 ? expected / question.given_error : 2);
+}
+
+bool needs_joining(const OptimizerSpec& optimizer) {
+  return optimizer.temperature_start <= 0 && optimizer.temperature_end <= 0;
+}
+
+std::optional<Joining> agree_on_joining(const RunConfig& config, const SampleSource& source, double given_error,
+                                        double left_s, const Communicator& communicator, ThreadPool& pool) {
+  std::int64_t workers[] = {pool.num_threads()};
+  communicator.sum(workers);
+  const JoiningQuestion question{
+      .given_error = given_error, .left_s = left_s, .workers = static_cast<int>(workers[0]), .is_stopped = [] {
+        return noted_stop_signal() != 0;
+      }};
+  Joining joining;
+  bool stopped = false;
+  communicator.together([&] {
+    try {
+      joining = find_joining(config, source, question, pool);
+    } catch (const TrialsStopped&) {
+      stopped = true;
+    }
+  });
+  if (communicator.any_bits(stopped ? 1U : 0U) != 0) return std::nullopt;
+  // The clock has a say with stop.time.
+  joining.cold = communicator.broadcast(joining.cold ? 1.0 : 0.0) != 0;
+  return joining;
 }
 
 }  // namespace noiseloom

@@ -2,18 +2,25 @@
 // hot that it melts what it was given into something that it cannot make again in the work that it has.
 #pragma once
 
+#include <functional>
+#include <optional>
+
 #include "noiseloom/config/config.h"
 #include "noiseloom/core/parallel.h"
+#include "noiseloom/dist/communicator.h"
 #include "noiseloom/samples/sample_space.h"
 
 namespace noiseloom {
 
 // What annealing has to do, and what it was given.
 struct JoiningQuestion {
-  double given_error = 1;  // R of the arrangement
-  double left_s = 0;       // stop.time: for so long
-  int workers = 1;         // stop.time: threads that move slices, of all ranks
+  double given_error = 1;                                   // R of the arrangement
+  double left_s = 0;                                        // stop.time: for so long
+  int workers = 1;                                          // stop.time: threads that move slices, of all ranks
+  std::function<bool()> is_stopped = [] { return false; };  // looked at between two steps of a trial
 };
+// What find_joining throws where it is stopped.
+struct TrialsStopped {};
 
 struct Joining {
   double expected_ratio = 1;  // R that annealing from a random arrangement would come to, over that of the given one
@@ -26,6 +33,12 @@ struct Joining {
 // iterations of the small texture and takes seconds; with stop.time, a tenth of what is left.
 Joining find_joining(const RunConfig& config, const SampleSource& source, const JoiningQuestion& question,
                      ThreadPool& pool);
+
+// The same on all ranks; nothing where a signal asked one of them to stop. *Collective*
+std::optional<Joining> agree_on_joining(const RunConfig& config, const SampleSource& source, double given_error,
+                                        double left_s, const Communicator& communicator, ThreadPool& pool);
+// Whether trials have a say. Where the user says with which temperature it begins, the schedule is the user's.
+bool needs_joining(const OptimizerSpec& optimizer);
 
 // Of that small texture.
 Extents extents_of_trials(const RunConfig& config);

@@ -112,5 +112,11 @@ TEST(TimeStrata, DependOnTheSeedAlone) {
   EXPECT_NE(time_strata(extents, filter, 2, 0, 1), time_strata(extents, filter, 2, 0, 2));
 }
 
+TEST(TimeStrata, AreGivenUpWhereNobodyWantsThemAnyMore) {
+  int asked = 0;
+  time_strata(Extents({16, 16, 8}), product({group({0, 1}, gauss(1))}), 2, 1, 5, [&] { return ++asked < 3; });
+  EXPECT_EQ(asked, 3);
+}
+
 }  // namespace
 }  // namespace noiseloom

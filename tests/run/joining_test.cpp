@@ -94,5 +94,15 @@ TEST(Joining, ThinsTheListsOfAllSlices) {
   EXPECT_NEAR(expected_ratio(0), expected_ratio(3), 0.1);
 }
 
+TEST(Joining, IsGivenUpWhereItIsStopped) {
+  const RunConfig config = scalars_under("\"gauss\", sigma = 1.0", "400");
+  const SampleSource source(config.problem.samples, 64 * 64, 1, 1);
+  ThreadPool pool(1);
+  int looks = 0;
+  const JoiningQuestion question{.given_error = 0.089, .is_stopped = [&] { return ++looks == 3; }};
+  EXPECT_THROW(find_joining(config, source, question, pool), TrialsStopped);
+  EXPECT_EQ(looks, 3);
+}
+
 }  // namespace
 }  // namespace noiseloom

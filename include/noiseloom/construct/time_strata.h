@@ -13,6 +13,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "noiseloom/core/extents.h"
@@ -21,9 +22,10 @@
 namespace noiseloom {
 
 // [slice][y][x], places from 0. `axis`: a slice axis, along which T slices make a stack; requires fits_time_strata.
-// `sharpness`: as ConstructSpec has it, 0 being found from the filter. Throws UserError for a table that cannot be
-// used.
-std::vector<std::vector<std::uint32_t>> time_strata(const Extents& extents, const FilterSpec& filter, int axis,
-                                                    double sharpness, std::uint64_t seed);
+// `sharpness`: as ConstructSpec has it, 0 being found from the filter. Where `goes_on`, which is asked some ten times a
+// second and oftener, says no, what is returned means nothing. Throws UserError for a table that cannot be used.
+std::vector<std::vector<std::uint32_t>> time_strata(
+    const Extents& extents, const FilterSpec& filter, int axis, double sharpness, std::uint64_t seed,
+    const std::function<bool()>& goes_on = [] { return true; });
 
 }  // namespace noiseloom

@@ -22,13 +22,16 @@ struct SaveTarget {
   std::map<std::string, Attribute> provenance;
 };
 
+// What start() throws on all ranks where a signal asked for a stop before there was anything to save.
+struct StartStopped {};
+
 class Job {
  public:
   virtual ~Job() = default;
 
   // Takes up memory; everything else comes after it. The arguments outlive the job. *Collective*
   virtual void prepare(const Communicator& communicator, ThreadPool& pool) = 0;
-  virtual void start(double run_s) = 0;                  // *Collective*
+  virtual void start(double run_s) = 0;                  // may throw StartStopped. *Collective*
   virtual void restore(const RunFileReader* saved) = 0;  // rank 0 has the file, the others nullptr. *Collective*
   // Goes on to the next safe point, half a second away at most where the method can. Rank 0's clock. *Collective*
   virtual void step(double run_s) = 0;
