@@ -16,6 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <limits>
 #include <ostream>
 #include <utility>
 #include <vector>
@@ -66,6 +67,14 @@ class Index {
  private:
   Int value_ = 0;
 };
+
+}  // namespace noiseloom
+
+// An index has no limits of its own: those of its integer are asked for.
+template <class Tag, class Int>
+class std::numeric_limits<noiseloom::Index<Tag, Int>>;
+
+namespace noiseloom {
 
 using SliceIndex = Index<struct SliceTag, std::int32_t>;
 using Rank = Index<struct RankTag, int>;
