@@ -36,6 +36,7 @@ VacBins::VacBins(const VacLayout& layout, const VacGroupKernel& group) : edges_(
     fixed_stride_.push_back({static_cast<std::size_t>(index), num_bins});
     num_bins *= layout.size[static_cast<std::size_t>(index)];
   }
+  bins_.resize(static_cast<std::size_t>(num_bins));
   weights_.assign(static_cast<std::size_t>(num_weights), 0);
   for (const VacRow& row : group.rows) {
     std::int64_t at = axes_[0].lo - row.lo;
@@ -46,31 +47,32 @@ VacBins::VacBins(const VacLayout& layout, const VacGroupKernel& group) : edges_(
 }
 
 std::int64_t VacBins::bin(const Coord& at) const {
-  std::int64_t result = base(at);
+  std::int64_t result = 0;
+  for (const auto& [axis, stride] : fixed_stride_) result += at[axis] * stride;
   for (const Axis& axis : axes_) result += (at[axis.index] >> axis.shift) * axis.bin_stride;
   return result;
 }
 
+// In time proportional to the pixels: most bins are empty.
 void VacBins::assign(std::span<const Coord> at) {
-  const int bits = std::max(1, static_cast<int>(std::bit_width(2 * at.size())));
-  hash_shift_ = 64 - bits;
-  bins_.assign(std::size_t{1} << bits, {});
+  for (const std::int64_t bin : used_) bins_[static_cast<std::size_t>(bin)] = {};
+  used_.clear();
   bin_of_.resize(at.size());
   for (std::size_t i = 0; i < at.size(); ++i) {
-    const std::int64_t number = bin(at[i]);
-    bin_of_[i] = place_of(number);
-    Bin& bin = bins_[bin_of_[i]];
-    bin.number = number;
-    ++bin.count;
+    bin_of_[i] = bin(at[i]);
+    if (bins_[static_cast<std::size_t>(bin_of_[i])].count++ == 0) used_.push_back(bin_of_[i]);
   }
-  std::uint32_t end = 0;  // of the bins before; a bin is filled from its end
-  for (Bin& bin : bins_) {
-    end += bin.count;
-    bin.begin = end;
+  std::uint32_t begin = 0;
+  for (const std::int64_t used : used_) {
+    Bin& bin = bins_[static_cast<std::size_t>(used)];
+    bin.begin = begin;
+    begin += bin.count;
+    bin.count = 0;
   }
   nodes_.resize(at.size() * (axes_.size() + 1));
   for (std::size_t i = 0; i < at.size(); ++i) {
-    std::int32_t* node = nodes_.data() + std::size_t{--bins_[bin_of_[i]].begin} * (axes_.size() + 1);
+    Bin& bin = bins_[static_cast<std::size_t>(bin_of_[i])];
+    std::int32_t* node = nodes_.data() + std::size_t{bin.begin + bin.count++} * (axes_.size() + 1);
     *node++ = static_cast<std::int32_t>(i);
     for (const Axis& axis : axes_) *node++ = at[i][axis.index];
   }

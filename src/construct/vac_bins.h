@@ -1,7 +1,6 @@
 // Pixels in bins that are at least as wide as a group reaches, so that a footprint meets few of those out of its reach.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -17,10 +16,6 @@ class VacBins {
   using Coord = std::array<std::int32_t, Extents::max_axes>;
   VacBins(const VacLayout& layout, const VacGroupKernel& group);
 
-  // Whether pixels of other slices are in reach.
-  bool crosses_slices() const {
-    return std::any_of(axes_.begin(), axes_.end(), [](const Axis& axis) { return axis.index >= 2; });
-  }
   // Replaces all pixels.
   void assign(std::span<const Coord> at);
 
@@ -50,26 +45,12 @@ class VacBins {
     std::int64_t weight_stride;
   };
   static constexpr std::size_t max_bins_met = 5;
-  static constexpr std::int64_t no_bin = -1;
   struct Bin {
-    std::int64_t number = no_bin;
     std::uint32_t begin = 0;  // in nodes_
     std::uint32_t count = 0;
   };
 
-  std::int64_t base(const Coord& at) const {
-    std::int64_t result = 0;
-    for (const auto& [axis, stride] : fixed_stride_) result += at[axis] * stride;
-    return result;
-  }
   std::int64_t bin(const Coord& at) const;
-  // Of a bin or, where it is empty, of an empty one.
-  std::size_t place_of(std::int64_t number) const {
-    std::size_t place =
-        static_cast<std::size_t>((static_cast<std::uint64_t>(number) * 0x9E3779B97F4A7C15U) >> hash_shift_);
-    while (bins_[place].number != number && bins_[place].number != no_bin) place = (place + 1) & (bins_.size() - 1);
-    return place;
-  }
   std::size_t bins_met(const Axis& axis, std::int32_t c, std::array<std::int64_t, max_bins_met>& bins) const;
 
   // NumAxes 0: any number.
@@ -80,7 +61,8 @@ class VacBins {
     std::array<std::size_t, Extents::max_axes> count;
     std::array<std::size_t, Extents::max_axes> step{};
     Coord at{};
-    const std::int64_t base = this->base(from);
+    std::int64_t base = 0;
+    for (const auto& [axis, stride] : fixed_stride_) base += from[axis] * stride;
     for (std::size_t a = 0; a < num_axes; ++a) {
       at[a] = from[axes_[a].index];
       count[a] = bins_met(axes_[a], at[a], bins[a]);
@@ -89,7 +71,7 @@ class VacBins {
       std::int64_t outer = base;
       for (std::size_t a = 1; a < num_axes; ++a) outer += bins[a][step[a]];
       for (std::size_t b = 0; b < count[0]; ++b) {
-        const Bin& bin = bins_[place_of(outer + bins[0][b])];
+        const Bin& bin = bins_[static_cast<std::size_t>(outer + bins[0][b])];
         const std::int32_t* node = nodes_.data() + std::size_t{bin.begin} * (num_axes + 1);
         for (std::uint32_t left = bin.count; left > 0; --left, node += num_axes + 1) {
           std::int64_t index = 0;
@@ -120,12 +102,10 @@ class VacBins {
   std::vector<Axis> axes_;                                          // of the group
   std::vector<std::pair<std::size_t, std::int64_t>> fixed_stride_;  // the other axes
   std::vector<std::uint32_t> weights_;                              // dense
-  // Nearly all bins are empty: those that are not stand in a little table at the place that their number hashes to, or
-  // at the next free one.
-  std::vector<Bin> bins_ = std::vector<Bin>(2);
-  int hash_shift_ = 63;
-  std::vector<std::size_t> bin_of_;  // of each pixel: the place of its bin
-  std::vector<std::int32_t> nodes_;  // bin by bin: the index of a pixel, then its coordinates in the group
+  std::vector<Bin> bins_;
+  std::vector<std::int64_t> used_;    // bins that are not empty
+  std::vector<std::int64_t> bin_of_;  // of each pixel
+  std::vector<std::int32_t> nodes_;   // bin by bin: the index of a pixel, then its coordinates in the group
 };
 
 }  // namespace noiseloom

@@ -28,7 +28,7 @@ VacSearch::VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash&
 // The median of what the ranks find right for their own slices: slices are alike, and any limit gives the same picks. 0
 // when no leaf of any rank has a pixel left.
 std::uint64_t VacSearch::propose(double fraction) {
-  constexpr std::size_t num_samples = 256;
+  constexpr std::size_t num_samples = 1024;
   const std::size_t own_leaves = fields_.num_leaves();
   std::vector<std::uint32_t> sample;
   sample_bounds(fields_, std::max<std::size_t>(1, own_leaves / num_samples), sample);
@@ -62,37 +62,52 @@ std::uint64_t VacSearch::lower_limit() {
   return limit;
 }
 
-std::uint64_t VacSearch::find(VacView view, double fraction) {
-  for (Part& part : parts_) part.found.clear();
-  for (std::uint64_t limit = propose(fraction); limit != 0;) {
+std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCandidate>& found) {
+  found.clear();
+  std::uint64_t limit = propose(fraction);
+  while (limit != 0) {
     fields_.for_each([&](VacField& field, std::size_t i) {
       const std::size_t most = max_found_ > 0 ? max_found_ : std::max<std::size_t>(4096, field.bounds().size());
       parts_[i].fits = field.scan(view, hash_, limit, most, parts_[i].found);
     });
-    std::uint64_t own[] = {0, 0};  // found, and parts that found too many
-    for (const Part& part : parts_) {
-      own[0] += part.found.size();
-      own[1] += part.fits ? 0 : 1;
-    }
-    const auto all = exchange_.gather(own);
-    num_found_ = 0;
+    std::uint64_t total = 0;
     bool fits = true;
+    for (const Part& part : parts_) {
+      total += part.found.size();
+      fits = fits && part.fits;
+    }
+    const std::uint64_t own[] = {total, fits ? 0U : 1U};
+    const auto all = exchange_.gather(own);
+    total = 0;
+    fits = true;
     for (std::size_t i = 0; i < all.size(); i += 2) {
-      num_found_ += all[i];
+      total += all[i];
       fits = fits && all[i + 1] == 0;
     }
     if (!fits) {
       const std::uint64_t lower = lower_limit();
       const auto limits = exchange_.gather(std::span(&lower, 1));
       limit = *std::min_element(limits.begin(), limits.end());
-    } else if (num_found_ > 0) {
-      return limit;
+    } else if (total > 0) {
+      break;
     } else {
       limit = propose(fraction);  // every leaf that was opened now has a higher bound
     }
   }
-  num_found_ = 0;
-  return 0;
+  if (limit == 0) return 0;
+  if (exchange_.alone() && parts_.size() == 1) {
+    found.swap(parts_[0].found);
+    return limit;
+  }
+  if (exchange_.alone()) {
+    for (const Part& part : parts_) found.insert(found.end(), part.found.begin(), part.found.end());
+    return limit;
+  }
+  const VacPacker packer(limit);
+  std::vector<std::byte> bytes;
+  for (const Part& part : parts_) packer.pack(part.found, bytes);
+  packer.unpack(exchange_.gather(bytes), view, hash_, found);
+  return limit;
 }
 
 }  // namespace noiseloom

@@ -2,7 +2,6 @@
 // them.
 #pragma once
 
-#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -16,15 +15,8 @@ namespace noiseloom {
 // The best pixel of a rank: smaller is better. By default: none.
 struct VacOffer {
   std::uint64_t key = ~std::uint64_t{0};
-  std::uint64_t order = ~std::uint64_t{0};  // breaks ties: the position, complemented for clusters
-  friend auto operator<=>(const VacOffer&, const VacOffer&) = default;
+  std::uint64_t order = ~std::uint64_t{0};  // breaks ties
 };
-inline VacOffer vac_offer(VacView view, std::uint64_t key, std::uint64_t position) {
-  return {key, view == VacView::voids ? position : ~position};
-}
-inline std::uint64_t position_of(VacView view, const VacOffer& offer) {
-  return view == VacView::voids ? offer.order : ~offer.order;
-}
 
 class VacExchange {
  public:
@@ -73,6 +65,20 @@ class VacExchange {
   const Communicator* communicator_ = nullptr;
   std::int64_t collectives_ = 0;
   std::int64_t bytes_ = 0;  // that this rank gave to collectives
+};
+
+// Candidates as bytes: position and energy as differences (ascending positions; energies at most `limit`'s), in groups
+// of seven bits; hashes follow from positions. About five bytes each.
+class VacPacker {
+ public:
+  explicit VacPacker(std::uint64_t limit) : energy_limit_(static_cast<std::uint32_t>(limit >> 32)) {}
+  // Appends a block that unpack() reads back.
+  void pack(std::span<const VacCandidate> candidates, std::vector<std::byte>& bytes) const;
+  void unpack(std::span<const std::byte> bytes, VacView view, const VacTieHash& hash,
+              std::vector<VacCandidate>& candidates) const;
+
+ private:
+  std::uint32_t energy_limit_;
 };
 
 }  // namespace noiseloom

@@ -46,8 +46,7 @@ VacField::VacField(const VacSpec& spec, const VacKernel& kernel, std::int32_t sl
 }
 
 bool VacField::has(std::uint64_t position) const {
-  const auto p = static_cast<std::int64_t>(position);
-  return p >= layout_.slice_begin * layout_.cells && p < layout_.slice_end * layout_.cells;
+  return layout_.has_slice(static_cast<std::int64_t>(position) / layout_.cells);
 }
 
 std::size_t VacField::index(std::uint64_t position) const {

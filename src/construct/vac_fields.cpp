@@ -31,37 +31,7 @@ std::size_t VacFields::num_leaves() const {
   return sum;
 }
 
-void ThreadTrial::begin_batch() {
-  if (batch_ < batches_of_trial) {
-    by_threads_ = true;
-  } else if (batch_ < 2 * batches_of_trial) {
-    by_threads_ = false;
-  } else {
-    by_threads_ = better_;
-  }
-  begun_ = std::chrono::steady_clock::now();
-}
-
-void ThreadTrial::end_batch(std::size_t num_picks) {
-  Tried& tried = tried_[by_threads_ ? 1 : 0];
-  tried.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
-  tried.picks += static_cast<double>(num_picks);
-  ++batch_;
-  if (batch_ == 2 * batches_of_trial) {
-    const bool better = tried_[1].seconds * tried_[0].picks <= tried_[0].seconds * tried_[1].picks;
-    stretch_ = better == better_ ? std::min(2 * stretch_, longest_stretch) : shortest_stretch;
-    better_ = better;
-  } else if (batch_ >= stretch_) {
-    batch_ = 0;
-    tried_ = {};
-  }
-}
-
 void VacFields::for_each(const std::function<void(VacField&, std::size_t)>& body) {
-  if (!trial_.by_threads()) {
-    for (std::size_t i = 0; i < parts_.size(); ++i) body(parts_[i], i);
-    return;
-  }
   pool_.for_each(static_cast<std::int64_t>(parts_.size()),
                  [&](std::int64_t i, int) { body(parts_[static_cast<std::size_t>(i)], static_cast<std::size_t>(i)); });
 }
@@ -71,6 +41,9 @@ void VacFields::clear() {
 }
 void VacFields::turn_on(std::span<const std::uint64_t> positions) {
   for_each([&](VacField& part, std::size_t) { part.turn_on(positions); });
+}
+void VacFields::turn_off(std::span<const std::uint64_t> positions) {
+  for_each([&](VacField& part, std::size_t) { part.turn_off(positions); });
 }
 void VacFields::refresh_bounds(VacView view) {
   for_each([&](VacField& part, std::size_t) { part.refresh_bounds(view); });

@@ -31,7 +31,6 @@ class VacPlaneBins {
     std::int32_t lo;
     std::int32_t hi;
   };
-  bool crosses_slices() const { return axes_[1].index >= 2; }
   static constexpr std::size_t padding = 16;
   const std::array<Axis, 2>& axes() const { return axes_; }
 

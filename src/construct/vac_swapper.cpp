@@ -22,12 +22,7 @@ VacSwapper::VacSwapper(VacFields& fields, VacExchange& exchange, const VacTieHas
 void VacSwapper::fill(Side& side) {
   constexpr double fraction = 0.25;
   fields_.refresh_bounds(side.view);
-  side.limit = own_search_.find(side.view, fraction);
-  side.heap.clear();
-  for (std::size_t part = 0; part < fields_.num_parts(); ++part) {
-    const auto found = own_search_.found(part);
-    side.heap.insert(side.heap.end(), found.begin(), found.end());
-  }
+  side.limit = own_search_.find(side.view, fraction, side.heap);
   std::make_heap(side.heap.begin(), side.heap.end(), Later{side.view});
 }
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "construct/vac_candidates.h"
-#include "construct/vac_selection.h"
+#include "construct/vac_selector.h"
 #include "construct/vac_start.h"
 #include "construct/vac_swapper.h"
 #include "noiseloom/core/random.h"
@@ -124,7 +124,7 @@ struct VoidAndCluster::Impl {
   // Brings the fields to what progress and order say.
   void enter_phase() {
     swapper.reset();
-    selection.reset();
+    selector.reset();
     if (progress.phase == VacPhase::done) return;
     fields.clear();
     if (progress.phase == VacPhase::fill) {
@@ -141,7 +141,7 @@ struct VoidAndCluster::Impl {
 
   void enter_picking() {
     swapper.reset();
-    selection.emplace(spec, kernel, fields, exchange);
+    selector.emplace(spec, kernel);
     fields.refresh_bounds(progress.phase == VacPhase::fill ? VacView::voids : VacView::clusters);
   }
 
@@ -195,26 +195,26 @@ struct VoidAndCluster::Impl {
   std::int64_t pick(std::int64_t max_picks) {
     const bool filling = progress.phase == VacPhase::fill;
     const VacView view = filling ? VacView::voids : VacView::clusters;
-    fields.begin_batch();
-    const std::uint64_t limit = search.find(view, open_fraction());
-    selection->select(view, search, limit, static_cast<std::size_t>(std::min(max_picks, batch_limit)), picks);
-    const bool alone = communicator.size() == 1 && fields.num_parts() == 1;
-    if (!alone) {
-      ascending = picks;
-      std::sort(ascending.begin(), ascending.end());
+    const std::uint64_t limit = search.find(view, open_fraction(), candidates);
+    selector->select(view, candidates, limit, static_cast<std::size_t>(std::min(max_picks, batch_limit)), picks);
+    for (const std::uint32_t i : picks) {
+      const auto place = filling ? progress.num_placed : progress.num_start_points - 1 - progress.num_placed;
+      if (order.has(candidates[i].position)) order.set_place(candidates[i].position, static_cast<std::uint64_t>(place));
+      ++progress.num_placed;
     }
-    fields.for_each([&](VacField& part, std::size_t i) {
-      for (std::size_t k = 0; k < picks.size(); ++k) {
-        const std::int64_t rank = progress.num_placed + static_cast<std::int64_t>(k);
-        const std::int64_t place = filling ? rank : progress.num_start_points - 1 - rank;
-        if (alone || part.has(picks[k])) order.set_place(picks[k], static_cast<std::uint64_t>(place));
+    picked.clear();
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (selector->picked(i)) {
+        picked.push_back(candidates[i].position);
+      } else {
+        fields.lower_bound_to(candidates[i].position, selector->energy(i));
       }
-      selection->end(part, i, search.found(i));
-      if (alone) ascending = selection->picked(i);
-      filling ? part.turn_on(ascending) : part.turn_off(ascending);
-    });
-    progress.num_placed += std::ssize(picks);
-    fields.end_batch(picks.size());
+    }
+    if (filling) {
+      fields.turn_on(picked);
+    } else {
+      fields.turn_off(picked);
+    }
     return static_cast<std::int64_t>(picks.size());
   }
 
@@ -260,10 +260,11 @@ struct VoidAndCluster::Impl {
   VacOrder order;
   VacProgress progress;
   std::int64_t batch_limit = std::numeric_limits<std::int64_t>::max();
-  std::optional<VacSwapper> swapper;      // swap
-  std::optional<VacSelection> selection;  // drain, fill
-  std::vector<std::uint64_t> picks;       // of the last batch, in their order
-  std::vector<std::uint64_t> ascending;   // the same
+  std::optional<VacSwapper> swapper;    // swap
+  std::optional<VacSelector> selector;  // drain, fill
+  std::vector<VacCandidate> candidates;
+  std::vector<std::uint32_t> picks;
+  std::vector<std::uint64_t> picked;
 };
 
 namespace {

@@ -16,48 +16,14 @@
 
 namespace noiseloom {
 
-namespace {
-
-// Waits a short while for something without sleeping, as waking a thread that sleeps takes tens of microseconds, longer
-// than many a piece of work that threads share. Where that has mostly been in vain (long pieces, or a machine that has
-// other work for its processors) the while becomes shorter, but for a try now and then.
-class Patience {
- public:
-  template <class Ready>
-  void wait(const Ready& ready) {
-    const bool tries = ++waits_ % waits_per_try == 0;
-    const int limit = tries ? most_looks : looks_;
-    for (int look = 0; look < limit; ++look) {
-      if (ready()) {
-        looks_ = std::min(most_looks, 2 * std::max(looks_, look));
-        return;
-      }
-#if defined(__x86_64__) || defined(__i386__)
-      __builtin_ia32_pause();
-#endif
-    }
-    looks_ = std::max(1, looks_ / 2);
-  }
-
- private:
-  static constexpr int most_looks = 2000;  // some tens of microseconds
-  static constexpr unsigned waits_per_try = 32;
-  int looks_ = most_looks;
-  unsigned waits_ = 0;
-};
-
-}  // namespace
-
 struct ThreadPool::Impl {
   std::vector<std::thread> threads;
-  Patience for_others;
-  bool spins = false;  // whether a thread that has nothing to do may keep its processor for a while
   std::mutex mutex;
   std::condition_variable wake;
   std::condition_variable done;
-  std::atomic<std::uint64_t> generation{0};  // written under the mutex, as the next two are
-  std::atomic<std::size_t> busy{0};
-  std::atomic<bool> quit{false};
+  std::uint64_t generation = 0;
+  std::size_t busy = 0;
+  bool quit = false;
   const std::function<void(std::int64_t, int)>* body = nullptr;
   std::int64_t count = 0;
   std::atomic<std::int64_t> next{0};
@@ -88,9 +54,7 @@ struct ThreadPool::Impl {
 
   void run_worker(int worker) {
     std::uint64_t seen = 0;
-    Patience for_work;
     for (;;) {
-      if (spins) for_work.wait([&] { return quit || generation != seen; });
       {
         std::unique_lock lock(mutex);
         wake.wait(lock, [&] { return quit || generation != seen; });
@@ -106,7 +70,6 @@ struct ThreadPool::Impl {
 
 ThreadPool::ThreadPool(int num_threads) : impl_(std::make_unique<Impl>()) {
   NOISELOOM_CHECK_LE(1, num_threads);
-  impl_->spins = num_threads <= num_available_processors();
   try {
     for (int worker = 1; worker < num_threads; ++worker) {
       impl_->threads.emplace_back([impl = impl_.get(), worker] { impl->run_worker(worker); });
@@ -135,7 +98,6 @@ void ThreadPool::for_each(std::int64_t count, const std::function<void(std::int6
   if (shared) impl_->wake.notify_all();
   impl_->work(0);
   if (shared) {
-    if (impl_->spins) impl_->for_others.wait([&] { return impl_->busy == 0; });
     std::unique_lock lock(impl_->mutex);
     impl_->done.wait(lock, [&] { return impl_->busy == 0; });
   }

@@ -129,7 +129,7 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request) {
   PlanTime& time = plan.time;
   time.stop = "order";
   time.candidate_us = measured.seconds_per_place * 1e6;
-  // Every pick travels to all ranks, some hundred at a time; measured on two and four ranks.
+  // Ranks offer several candidates for each pick, in batches of hundreds; measured on two and four ranks.
   if (request.ranks > 1) {
     time.exchange = (2 * plan.phases.swaps + pixels / 256) * 10e-6 * std::log2(request.ranks);
     plan.exchange.bytes = pixels * (24 + 4.0 * request.ranks);

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "construct/vac_exchange.h"
 #include "construct/vac_field.h"
 #include "construct/vac_kernel.h"
 #include "construct/vac_order.h"
@@ -159,6 +160,32 @@ TEST(VacStartPattern, DrawsAllOverMoreThanFourBillionPixels) {
     ++quarter[position >> 40];
   }
   for (const int count : quarter) EXPECT_NEAR(count, 1000, 150);  // more than 5 standard deviations
+}
+
+TEST(VacPacker, GivesBackWhatItTook) {
+  const VacTieHash hash(3);
+  for (const VacView view : {VacView::voids, VacView::clusters}) {
+    std::vector<VacCandidate> first;
+    std::vector<VacCandidate> second;
+    for (const std::uint64_t position : {0ULL, 1ULL, 130ULL, 16384ULL, (1ULL << 42) - 1}) {
+      const std::uint32_t tie = hash(position) ^ static_cast<std::uint32_t>(view);
+      first.push_back({position, static_cast<std::uint32_t>(position % 1000), tie});
+      second.push_back({position + 7, 0x7FFFFFFF, hash(position + 7) ^ static_cast<std::uint32_t>(view)});
+    }
+    const VacPacker packer((std::uint64_t{0x7FFFFFFF} << 32) | 5);
+    std::vector<std::byte> bytes;
+    packer.pack(first, bytes);
+    packer.pack({}, bytes);
+    packer.pack(second, bytes);
+    std::vector<VacCandidate> back;
+    packer.unpack(bytes, view, hash, back);
+    first.insert(first.end(), second.begin(), second.end());
+    ASSERT_EQ(back.size(), first.size());
+    for (std::size_t i = 0; i < back.size(); ++i) {
+      EXPECT_EQ(back[i].position, first[i].position);
+      EXPECT_EQ(back[i].key(), first[i].key());
+    }
+  }
 }
 
 TEST(VacTieHash, HasNoEqualsAmongSmallPositionsAndDependsOnTheHighWord) {
