@@ -84,16 +84,19 @@ std::vector<std::string> others_at_work(const std::string& folder, const std::st
   return others;
 }
 
-// Throws OutputHeld where a command lives that is at work. One that looks for the same at this moment is none.
+// Throws OutputHeld where a command lives that is at work. One that looks for the same at this moment is none: it is on
+// this machine and holds the lock for an instant, whereas one elsewhere has been waited for within RunLock.
 void refuse_if_held(const std::string& other) {
   constexpr int tries = 5;
   constexpr std::chrono::milliseconds pause{100};
+  constexpr std::chrono::seconds long_wait{1};
   for (int k = 1;; ++k) {
+    const auto begun = std::chrono::steady_clock::now();
     try {
       const RunLock was_left(other, [](const std::string& line) { print_error("noiseloom bank: " + line + "\n"); });
       return;
     } catch (const OutputHeld&) {
-      if (k == tries) throw;
+      if (k == tries || std::chrono::steady_clock::now() - begun > long_wait) throw;
     }
     std::this_thread::sleep_for(pause);
   }

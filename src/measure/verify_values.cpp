@@ -54,7 +54,7 @@ std::string cause_of(const Subject& subject, double distance) {
 void check_distribution(const Subject& subject, Verification& found) {
   std::vector<SliceIndex> unlike;
   const std::int32_t slices = subject.texture.extents.num_slices();
-  for (const SliceIndex s : first_indices<SliceIndex>(slices > 1 ? slices : 0))
+  for (const SliceIndex s : first_indices<SliceIndex>(slices > 1 && !ends_along_slices(subject) ? slices : 0))
     if (distribution_distance(slice_of(subject.texture, s), subject.samples) > 1) unlike.push_back(s);
   const std::string warning = distribution_warning(subject.texture, subject.samples);
   if (!unlike.empty() && 2 * unlike.size() <= static_cast<std::size_t>(slices)) {
@@ -168,6 +168,12 @@ Texture slice_of(const Texture& texture, SliceIndex slice) {
   Texture one{Extents({texture.extents.width(), texture.extents.height()}), texture.channels, {}};
   one.values.assign(texture.slice(slice), texture.slice(slice) + texture.floats_per_slice());
   return one;
+}
+
+bool ends_along_slices(const Subject& subject) {
+  if (!subject.stored.config) return false;
+  const std::vector<int>& bounded = subject.stored.config->order.bounded;
+  return std::any_of(bounded.begin(), bounded.end(), [](int axis) { return axis >= 2; });
 }
 
 std::string list_text(const std::vector<SliceIndex>& numbers) {

@@ -40,17 +40,14 @@ SampleSpec thinned(const SampleSpec& samples, const SampleSource& source, std::i
   if (!samples.is_file()) return samples;
   constexpr std::int64_t most_slices = 16;
   const std::int64_t num_slices = std::min({most_slices, std::int64_t{source.num_slices()}, wanted});
-  std::vector<std::vector<float>> lists;
-  for (std::int64_t i = 0; i < num_slices; ++i) {
-    lists.push_back(source.list(SliceIndex(i * source.num_slices() / num_slices)));
-  }
   const auto channels = static_cast<std::size_t>(source.channels());
-  const auto n = static_cast<std::uint64_t>(source.cells_per_slice());
-  std::vector<float> values;
-  for (std::uint64_t k = 0; k < static_cast<std::uint64_t>(wanted); ++k) {
-    const std::vector<float>& list = lists[k % lists.size()];
-    const float* const sample = list.data() + (k * n / static_cast<std::uint64_t>(wanted)) * channels;
-    values.insert(values.end(), sample, sample + channels);
+  std::vector<float> values(static_cast<std::size_t>(wanted) * channels);
+  for (std::int64_t i = 0; i < num_slices; ++i) {
+    const std::vector<float> list = source.list(SliceIndex(i * source.num_slices() / num_slices));
+    for (std::int64_t k = i; k < wanted; k += num_slices) {
+      const std::int64_t id = k * source.cells_per_slice() / wanted;
+      std::copy_n(list.begin() + id * source.channels(), channels, values.begin() + k * source.channels());
+    }
   }
   SampleSpec thin = samples;
   thin.array =

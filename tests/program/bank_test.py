@@ -221,7 +221,9 @@ class Bank(ProgramTest):
         self.write("bank.toml", SEEDS % 2)
         long = ("--set", "optimizer.stop.iterations=2000000")
         process = subprocess.Popen(self.command("bank", "bank.toml", "-o", "made", "--quiet", "--threads", "1", *long), cwd=self.folder)
-        while not list((self.folder / "made").glob("seed*.lock")):
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)  # called before wait
+        while not any(lock.stat().st_size for lock in (self.folder / "made").glob("seed*.lock")):
             self.assertIsNone(process.poll())
             time.sleep(0.02)
         before = self.contents()

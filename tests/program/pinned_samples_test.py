@@ -368,15 +368,12 @@ class PinnedSamples(ProgramTest):
 
     def all_checksums(self, *arguments, **options):
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
-            found = pool.map(lambda number, name: self.checksums_of(name, number, *arguments, **options),
-                             range(len(CONFIGS)), CONFIGS)
+            found = pool.map(lambda number, name: self.checksums_of(name, number, *arguments, **options), range(len(CONFIGS)), CONFIGS)
             return dict(zip(CONFIGS, found))
 
     def compare(self, found):
-        changed = [f"{name}: {found[name]}, pinned {CHECKSUMS.get(name)}" for name in CONFIGS
-                   if found[name] != CHECKSUMS.get(name)]
-        self.assertEqual(changed, [], "textures have changed: unless they should not, raise the number of the "
-                         "algorithm; the head of this file says how")
+        changed = [f"{name}: {found[name]}, pinned {CHECKSUMS.get(name)}" for name in CONFIGS if found[name] != CHECKSUMS.get(name)]
+        self.assertEqual(changed, [], "textures have changed: unless they should not, raise the number of the algorithm; the head of this file says how")
         self.assertEqual(list(CHECKSUMS), list(CONFIGS), "a config without a checksum, or the other way round")
 
     def test_one_thread(self):

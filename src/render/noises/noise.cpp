@@ -72,7 +72,8 @@ std::shared_ptr<const Texture> checked(TextureFile file, const NoiseSpec& spec, 
 }  // namespace
 
 std::string cached_tables(const NoiseSpec& spec, const std::string& folder) {
-  return (std::filesystem::path(folder) / fmt::format("{}-{}-{}-{}.h", spec.name, spec.points, spec.numbers, spec.seed))
+  return (std::filesystem::path(folder) /
+          fmt::format("{}-{}-{}-{}-{}.h", spec.name, spec.points, spec.numbers, spec.seed, sampler_keys_algorithm))
       .string();
 }
 

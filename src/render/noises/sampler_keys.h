@@ -14,6 +14,9 @@
 
 namespace noiseloom::render {
 
+// Raised whenever the same settings give other keys than before: kept keys are known by it.
+constexpr int sampler_keys_algorithm = 1;
+
 struct KeysSpec {
   int points = 16;  // of a pixel, that the keys are made for, and every power of two below: a power of two up to 256
   int numbers = 2;  // that an estimate takes of a point, one or two: these have keys that go together
