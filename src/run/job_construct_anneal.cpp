@@ -36,7 +36,9 @@ class ConstructAnnealJob : public Job {
   void step(double run_s) override {
     if (annealing_) return annealing_->step(run_s);
     if (!construction_->finished()) return construction_->step(run_s);
-    if (!is_joining_settled_) return settle_joining(run_s);
+    // Trials and the start of annealing are one step: a run that is stopped after each of its steps gets on all the
+    // same.
+    if (!settle_joining(run_s)) return;
     std::map<SliceIndex, std::vector<std::uint32_t>> places = construction_->places();
     take_up_annealing();
     annealing_->start_from([&](SliceIndex slice) { return permutation_of(places.at(slice)); }, joining_, run_s);
@@ -58,17 +60,18 @@ class ConstructAnnealJob : public Job {
 
  private:
   Job& part() const { return annealing_ ? static_cast<Job&>(*annealing_) : *construction_; }
-  // Before what was constructed leaves the run file: trials take seconds, and a stop in them is one at its end.
-  void settle_joining(double run_s) {
+  // How hot annealing begins. Found before what was constructed leaves the run file: trials take seconds, and a stop in
+  // them, which makes this false, is one at the end of the construction.
+  bool settle_joining(double run_s) {
     const StopSpec& stop = config_.optimizer.stop;
     const double error = construction_->relative_error();
     if (needs_joining(config_.optimizer) && !(stop.score > 0 && error <= stop.score)) {
       const SampleSource source(config_.problem.samples, config_.problem.extents.cells_per_slice(),
                                 config_.problem.extents.num_slices(), config_.problem.seed);
       joining_ = agree_on_joining(config_, source, error, stop.time_s - run_s, *communicator_, *pool_);
-      if (!joining_) return;
+      return joining_.has_value();
     }
-    is_joining_settled_ = true;
+    return true;
   }
   // The memory of the first part is given back before the second takes its own.
   void take_up_annealing() {
@@ -81,7 +84,6 @@ class ConstructAnnealJob : public Job {
   const Communicator* communicator_ = nullptr;
   ThreadPool* pool_ = nullptr;
   std::unique_ptr<ConstructJob> construction_;
-  bool is_joining_settled_ = false;
   std::optional<Joining> joining_;
   std::unique_ptr<SwapJob> annealing_;
 };
