@@ -108,7 +108,7 @@ class RenderTest(support.ProgramTest):
         scene = self.write("keys.toml", '[image]\nwidth = 16\nheight = 16\nframes = 2\n[[noise]]\nkind = "sobol-blue"\npoints = 2\n'
                            '[effects.integrand]\n')
         self.run_program("render", scene, "-o", "out")
-        kept = self.folder / "out/noise/sobol-blue-2-2-1.h"
+        kept = self.folder / "out/noise/sobol-blue-2-2-1-1.h"
         text, made = kept.read_bytes(), kept.stat().st_mtime_ns
         self.run_program("render", scene, "-o", "out", "--overwrite")
         self.assertEqual(kept.stat().st_mtime_ns, made)

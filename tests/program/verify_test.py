@@ -52,7 +52,7 @@ GOOD = {
     "rotation": config('"rotation"', PLANE.replace('"%s"', '"gauss", sigma = 1.0'), "x = 48, y = 48"),
     "nets": config('"sobol-owen"', PLANE.replace('"%s"', '"gauss", sigma = 1.0'), "x = 64, y = 64, t = 2"),
     "averages": config('"uniform"', PRODUCT.replace('"ema", alpha = 0.1, rejection = 0.1', '"box", size = 4'), "x = 48, y = 48, t = 12", ""),
-    "mask-with-ends": config('"uniform"', 'combine = "sum"\ngroups = [{ axes = "xyt", kernel = "gauss-energy", sigma = 1.5 }]', "x = 48, y = 48, t = 24", 'method = "void-and-cluster", bounded = "t", density = 0'),
+    "mask-with-ends": config('"uniform"', STBN, "x = 48, y = 48, t = 24", 'method = "void-and-cluster", bounded = "t"'),
     "odd": config('"uniform"', PRODUCT, "x = 53, y = 37, t = 11", ""),
 }
 
