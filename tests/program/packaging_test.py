@@ -52,6 +52,20 @@ class Packaging(unittest.TestCase):
                         "assimp", "embree@3:"):
             self.assertIn(package, said["depends_on"])
 
+    def test_module_file(self):
+        """Tcl, with what a module system gives it; the folders are those that CMake installs into."""
+        text = (PACKAGING / "modulefile").read_text()
+        self.assertTrue(text.startswith("#%Module"))
+        for folder in re.findall(r"^prepend-path \w+ \$prefix/?(\S*)$", text, re.M):
+            self.assertIn(folder, ("", "bin", "share/man"))
+        version = re.search(r"noiseloom VERSION ([\d.]+)", (SOURCE / "CMakeLists.txt").read_text()).group(1)
+        self.assertIn(f"noiseloom/{version}", text)
+        if shutil.which("tclsh"):
+            given = "foreach word {module-whatis conflict prepend-path} { proc $word args { puts $args } }\n"
+            done = subprocess.run(["tclsh"], input=given + text, capture_output=True, text=True)
+            self.assertEqual(done.stderr, "")
+            self.assertIn("PATH /opt/noiseloom/bin", done.stdout)
+
     def test_container_builds_with_the_packages_of_the_setup(self):
         text = (PACKAGING / "Containerfile").read_text()
         built_with = re.search(r"AS build.*?install -y --no-install-recommends(.*?)&&", text, re.S).group(1).replace("\\", " ").split()
