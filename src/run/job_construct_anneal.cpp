@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "noiseloom/core/stopwatch.h"
 #include "noiseloom/run/construct_checkpoint.h"
 #include "run/job_construct.h"
 #include "run/job_swap.h"
@@ -38,10 +39,12 @@ class ConstructAnnealJob : public Job {
     if (!construction_->finished()) return construction_->step(run_s);
     // Trials and the start of annealing are one step: a run that is stopped after each of its steps gets on all the
     // same.
+    const Stopwatch watch;
     if (!settle_joining(run_s)) return;
     std::map<SliceIndex, std::vector<std::uint32_t>> places = construction_->places();
     take_up_annealing();
-    annealing_->start_from([&](SliceIndex slice) { return permutation_of(places.at(slice)); }, joining_, run_s);
+    annealing_->start_from([&](SliceIndex slice) { return permutation_of(places.at(slice)); }, joining_,
+                           run_s + watch.seconds());
   }
   bool finished() const override { return annealing_ && annealing_->finished(); }
   std::string save(const SaveTarget& target) override { return part().save(target); }

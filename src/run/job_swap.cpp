@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <span>
 #include <stdexcept>
 
 #include "noiseloom/construct/time_strata.h"
 #include "noiseloom/core/quantity_text.h"
+#include "noiseloom/core/stopwatch.h"
 #include "noiseloom/files/digest.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom/run/stop_signals.h"
@@ -59,10 +59,8 @@ void SwapJob::start(double run_s) {
 
 // Scalars are all but done; of other samples their places along a curve are but a start.
 void SwapJob::start_from_time_strata(double run_s) {
-  const auto begun = std::chrono::steady_clock::now();
-  const auto now_s = [&] {
-    return run_s + std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-  };
+  const Stopwatch watch;
+  const auto now_s = [&] { return run_s + watch.seconds(); };
   const ProblemSpec& problem = config_.problem;
   std::vector<std::vector<std::uint32_t>> places;
   bool stopped = false;
@@ -82,10 +80,8 @@ void SwapJob::start_from_time_strata(double run_s) {
 }
 
 void SwapJob::start_from(const PermutationOf& permutation, double run_s) {
-  const auto begun = std::chrono::steady_clock::now();
-  const auto now_s = [&] {
-    return run_s + std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-  };
+  const Stopwatch watch;
+  const auto now_s = [&] { return run_s + watch.seconds(); };
   optimizer_->start_from(permutation, run_s);
   if (optimizer_->finished() || !needs_joining(spec_)) return;
   const std::optional<Joining> joining =
