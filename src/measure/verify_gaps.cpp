@@ -101,12 +101,6 @@ class SpectrumMaker {
   Bands count_{};
 };
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // [distance - 1][slice], for distances up to `most`, around the end.
 std::vector<std::vector<Bands>> coherences(SpectrumMaker& maker, std::size_t slices, std::size_t most) {
   std::vector<std::vector<Bands>> all(most, std::vector<Bands>(slices));
@@ -136,7 +130,7 @@ GapSigns signs_of_gaps(const Texture& texture, std::size_t most) {
     for (std::size_t k = 0; k < num_bands; ++k) {
       std::vector<double> values;
       for (const Bands& pair : found[l]) values.push_back(pair[k]);
-      usual[l][k] = median(std::move(values));
+      usual[l][k] = median_of(std::move(values));
     }
   }
   GapSigns signs{std::vector<double>(slices, 0)};
@@ -166,7 +160,7 @@ std::vector<SliceIndex> gaps_behind(const Texture& texture) {
   std::vector<double> sizes;
   for (const double z : signs.z) sizes.push_back(std::abs(z));
   // What deviates more than chance has it, as features do that stand in for slices, does so everywhere.
-  const double deviation = std::max(1.0, 1.4826 * median(std::move(sizes)));
+  const double deviation = std::max(1.0, 1.4826 * median_of(std::move(sizes)));
   constexpr double certain = 6;
   const double bound = std::max(certain * deviation, signs.expected / 2);
   std::vector<SliceIndex> gaps;

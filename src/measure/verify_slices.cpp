@@ -98,11 +98,6 @@ double slices_correlation(const Texture& texture, SliceIndex a, SliceIndex b) {
   return sum / texture.channels;
 }
 
-double median_of(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
-
 // Which values stand out of their company: farther from the median than `least` and than nine times what the median
 // deviation tells of normal numbers (of which one in 10^18 is).
 std::vector<std::size_t> outliers(const std::vector<double>& values, double least) {
@@ -268,6 +263,11 @@ bool repeats_at(const Texture& texture, std::size_t dx, std::size_t dy) {
 }
 
 }  // namespace
+
+double median_of(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
 
 void check_slices(const Subject& subject, Verification& found) {
   const std::size_t before = found.findings.size();
