@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "noiseloom/core/child_process.h"
@@ -72,10 +73,19 @@ class TextureMaker {
       throw EnvironmentError(fmt::format("{}: generate of {} ended with status {}", output, path, result.status));
   }
 
+  // Another command that shares the folder makes what is to be there: it is left to that.
+  void wait_for_other(const std::string& output) {
+    if (std::exchange(waited_for_, output) != output)
+      result_.say(fmt::format("waiting for another command that makes {}", output));
+    signals_.wait_for_child(0.1);
+    if (signals_.come()) throw Stopped{};
+  }
+
  private:
   std::string program_;
   int threads_;
   const ResultOptions& result_;
+  std::string waited_for_;
   StopSignals signals_;
 };
 
@@ -85,7 +95,8 @@ std::vector<render::Noise> open_noises(const render::Scene& scene, const RenderA
   TextureMaker maker(program_beside(), arguments.threads, arguments.result);
   std::vector<render::Noise> noises;
   for (const render::NoiseSpec& spec : scene.noises) {
-    noises.push_back(render::open_noise(spec, folder, std::ref(maker)));
+    noises.push_back(render::open_noise(spec, folder, std::ref(maker),
+                                        [&maker](const std::string& output) { maker.wait_for_other(output); }));
     for (const std::string& note : noises.back().notes)
       if (!arguments.result.quiet) print_error(fmt::format("note: noise \"{}\": {}\n", spec.name, note));
   }

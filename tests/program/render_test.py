@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import subprocess
 
 import numpy
 import PIL.Image
@@ -90,6 +91,19 @@ class RenderTest(support.ProgramTest):
         self.assertEqual(made[0].stat().st_mtime_ns, before)
         self.run_program("render", scene, "-o", "out", "--overwrite", "--set", "noise[1].seed=2")
         self.assertEqual(len(list((self.folder / "out/noise").glob("*.h5"))), 2)
+
+    def test_two_commands_share_the_folder_of_textures(self):
+        scene = self.scene('[[noise]]\nkind = "sobol-blue"\npoints = 2\n')
+        command = ["render", scene, "--noises", "shared", "--threads", "1", "--set", "noise[1].size=64"]
+        others = [subprocess.Popen(self.command(*command, "-o", name), cwd=self.folder, stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.PIPE, text=True) for name in ("one", "two", "three")]
+        for other in others:
+            said = other.communicate(timeout=120)[1]
+            self.assertEqual(other.returncode, 0, said)
+        made = sorted(p.name for p in (self.folder / "shared").iterdir())
+        self.assertEqual([p.split(".", 1)[1] for p in made], ["h5", "toml", "h"], made)
+        for name in ("two", "three"):
+            self.assertEqual((self.folder / name / "curves.csv").read_bytes(), (self.folder / "one/curves.csv").read_bytes())
 
     def test_a_texture_that_was_damaged_is_made_anew_and_that_is_said(self):
         scene = self.scene()

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -183,6 +184,24 @@ TEST_F(Meshes, WhatMovesHasTheTruthOfWhatStays) {
   EXPECT_EQ(seen, 360);
   EXPECT_THROW(truth("[motion]\ncamera = [1.5, 0]\n"), UserError);
   EXPECT_THROW(truth("[motion]\ncamera = [1e8, 0]\n"), UserError);
+}
+
+// The plan reads the file to say what it takes, and what is rendered is that: the file itself is then of no account.
+TEST_F(Meshes, WhatThePlanHasReadIsNotReadAgain) {
+  const std::string path = file("box.obj", box_text);
+  const Scene scene = scene_of(scene_text(path));
+  const std::vector<Noise> noises = noises_of(scene);
+  const std::vector<double> squares = rendered(scene).squares;
+  const auto planned = plan_passes(all_passes(), scene, noises);
+  const auto bytes_planned = [](const auto& passes) {
+    return std::find_if(passes.begin(), passes.end(), [](const auto& one) { return one.pass->name == "mesh"; })->bytes;
+  };
+  // Corners of the sides are not shared.
+  EXPECT_EQ(bytes_planned(planned), bytes_of_triangles(24, 12));
+  fs::remove(path);
+  EXPECT_EQ(bytes_planned(plan_passes(all_passes(), scene, noises)), bytes_of_triangles(24, 12));
+  EXPECT_EQ(rendered(scene).squares, squares);
+  EXPECT_THROW(rendered(scene), UserError);  // nothing is kept beside the mesh
 }
 
 TEST_F(Meshes, NumbersBesideAGltfAreOfItsSize) {

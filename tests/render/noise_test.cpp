@@ -7,9 +7,11 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <set>
 
 #include "noiseloom/core/error.h"
+#include "noiseloom/files/run_lock.h"
 #include "render/noises/sampler_tables.h"
 #include "render/scene_support.h"
 #include "support/run_files.h"
@@ -140,6 +142,31 @@ TEST(Noise, OnlyDamagedTexturesAreMadeAnew) {
   const auto refuse = [](const auto&...) { throw UserError("maker", "was asked"); };
   EXPECT_THROW(open_noise(spec, folder / "noise", refuse), UserError);
   EXPECT_TRUE(std::filesystem::exists(path));
+}
+
+// Two commands that share a folder make what is kept there one after the other: the second waits for the first.
+TEST(Noise, WhatAnotherCommandIsMakingIsWaitedFor) {
+  const TemporaryFolder folder;
+  NoiseSpec spec;
+  spec.kind = NoiseKind::blue_2d;
+  spec.name = "blue-2d";
+  const std::string path = cached_texture(spec, folder / "noise");
+  std::filesystem::create_directories(folder / "noise");
+  auto other = std::make_unique<RunLock>(path + ".making");
+  int waits = 0;
+  const auto wait = [&](const std::string& at) {
+    EXPECT_EQ(at, path);
+    if (++waits == 3) other.reset();
+  };
+  bool is_made = false;
+  const auto make = [&](const auto&...) {
+    is_made = true;
+    EXPECT_EQ(waits, 3);
+    throw UserError("maker", "was asked");
+  };
+  EXPECT_THROW(open_noise(spec, folder / "noise", make, wait), UserError);
+  EXPECT_TRUE(is_made);
+  EXPECT_FALSE(std::filesystem::exists(path + ".making.lock"));  // and no other needs to wait for what failed
 }
 
 class Tables : public testing::Test {

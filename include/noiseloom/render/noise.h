@@ -56,9 +56,16 @@ struct Noise {
 using MakeTexture =
     std::function<void(const std::string& config, const std::vector<std::string>& changes, const std::string& output)>;
 
+// Is called again and again while another command makes what is to be at `path`, and returns after a while. May throw
+// to wait no longer.
+using WaitForOther = std::function<void(const std::string& path)>;
+void wait_a_moment(const std::string& path);
+
 // Opens the noise: reads its file, or has its texture made in `folder` unless it is there from an earlier run of the
-// same config; one that was damaged since is made anew, and a note says so. Throws UserError, naming the noise.
-Noise open_noise(const NoiseSpec& spec, const std::string& folder, const MakeTexture& make);
+// same config; one that was damaged since is made anew, and a note says so. Commands that share the folder make what is
+// kept there one at a time. Throws UserError, naming the noise.
+Noise open_noise(const NoiseSpec& spec, const std::string& folder, const MakeTexture& make,
+                 const WaitForOther& wait = wait_a_moment);
 // The same without making anything: of a texture that is made, what its config says of it.
 Noise describe_noise(const NoiseSpec& spec);
 // The config of the textures that blue-2d, blue-3d and golden-ratio are made with.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -98,6 +99,20 @@ struct RayMarchSpec {
 enum class ObjectShape { sphere, mesh };
 enum class UpAxis { y, z };
 
+// What the file of a mesh holds.
+struct Triangles {
+  std::vector<float> places;           // x, y, z of each vertex
+  std::vector<std::uint32_t> corners;  // three vertices of each triangle, counted from 0
+
+  std::size_t size() const { return corners.size() / 3; }
+};
+
+// What was read of a mesh for the plan, until the mesh is made of it: a file of a gigabyte is read once.
+struct ReadTriangles {
+  std::string file = {};  // empty: nothing is kept
+  Triangles triangles = {};
+};
+
 struct ObjectSpec {
   ObjectShape shape = ObjectShape::sphere;
   std::string file = {};  // mesh
@@ -105,6 +120,7 @@ struct ObjectSpec {
   UpAxis up = UpAxis::y;
   double turn = 0;   // degrees about the vertical
   int truth = 1024;  // directions of each pixel of which the truth is the mean
+  std::shared_ptr<ReadTriangles> read = std::make_shared<ReadTriangles>();  // no setting
   bool is_mesh() const { return shape == ObjectShape::mesh; }
 };
 

@@ -147,7 +147,7 @@ Counts work_of_shares(const Scene& scene, std::span<const Noise>) {
   return counts;
 }
 
-std::int64_t bytes_of_mesh(const Scene& scene, std::span<const Noise>) { return bytes_of_mesh_in(scene.object.file); }
+std::int64_t bytes_of_mesh(const Scene& scene, std::span<const Noise>) { return bytes_of_mesh_in(scene.object); }
 
 std::int64_t bytes_of_shares(const Scene& scene, std::span<const Noise>) {
   return 4 * pixels_of_shares(scene) * ((scene.occlusion.on ? 1 : 0) + (scene.shadow.on ? 1 : 0));

@@ -3,14 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "noiseloom/config/config.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/files/digest.h"
 #include "noiseloom/files/output_files.h"
 #include "noiseloom/files/run_file.h"
+#include "noiseloom/files/run_lock.h"
 #include "noiseloom/samples/sample_space.h"
 #include "noiseloom/samples/space.h"
 #include "render/noises/sampler_keys.h"
@@ -59,6 +62,19 @@ std::string without_damage(const std::string& path) {
   }
 }
 
+// Held while what is kept at `path` is looked at and made. The run that makes it locks the path itself, so this is
+// another name beside it.
+std::unique_ptr<RunLock> lock_making(const std::string& path, const WaitForOther& wait) {
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+  for (;;) {
+    try {
+      return std::make_unique<RunLock>(path + ".making");
+    } catch (const OutputHeld&) {
+      wait(path);
+    }
+  }
+}
+
 constexpr std::int64_t most_across = 65536;  // of TextureRead
 
 std::shared_ptr<const Texture> checked(TextureFile file, const NoiseSpec& spec, const std::string& path) {
@@ -78,10 +94,12 @@ std::string cached_tables(const NoiseSpec& spec, const std::string& folder) {
 }
 
 // Made once, as a header that any program can take; made anew where it was damaged.
-static SamplerTables made_tables(const NoiseSpec& spec, const std::string& folder, std::vector<std::string>& notes) {
+static SamplerTables made_tables(const NoiseSpec& spec, const std::string& folder, const WaitForOther& wait,
+                                 std::vector<std::string>& notes) {
   const KeysSpec keys{spec.points, spec.numbers, spec.seed};
   if (folder.empty()) return make_sampler_tables(keys);
   const std::string path = cached_tables(spec, folder);
+  const auto lock = lock_making(path, wait);
   if (std::filesystem::exists(path)) {
     if (is_whole_source_text(path)) return load_sampler_tables(path);
     notes.push_back(fmt::format("{}, which was kept of an earlier run, was damaged and is made anew", path));
@@ -149,17 +167,20 @@ Directions Noise::directions() const {
   return samples.space == "sphere" ? Directions::sphere : Directions::none;
 }
 
-Noise open_noise(const NoiseSpec& spec, const std::string& folder, const MakeTexture& make) {
+void wait_a_moment(const std::string&) { std::this_thread::sleep_for(std::chrono::milliseconds(50)); }
+
+Noise open_noise(const NoiseSpec& spec, const std::string& folder, const MakeTexture& make, const WaitForOther& wait) {
   Noise noise{.spec = spec};
   if (spec.kind == NoiseKind::tables)
     noise.tables = std::make_shared<const SamplerTables>(load_sampler_tables(spec.file));
   if (spec.kind == NoiseKind::sobol_blue)
-    noise.tables = std::make_shared<const SamplerTables>(made_tables(spec, folder, noise.notes));
+    noise.tables = std::make_shared<const SamplerTables>(made_tables(spec, folder, wait, noise.notes));
   if (!has_texture(spec.kind)) return noise;
   std::string path = spec.file;
   std::string damage;
   if (spec.kind != NoiseKind::file) {
     path = cached_texture(spec, folder);
+    const auto lock = lock_making(path, wait);
     damage = without_damage(path);
     if (spec.kind == NoiseKind::config) {
       make(spec.file, spec.changes, path);

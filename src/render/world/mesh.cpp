@@ -121,7 +121,12 @@ std::int64_t bytes_of_triangles(std::int64_t vertices, std::int64_t triangles) {
   return 12 * vertices + (12 + of_tracer) * triangles;
 }
 
-std::int64_t bytes_of_mesh_in(const std::string& path) {
+std::int64_t bytes_of_mesh_in(const ObjectSpec& spec) {
+  const std::string& path = spec.file;
+  const auto bytes_of = [](const Triangles& triangles) {
+    return bytes_of_triangles(std::ssize(triangles.places) / 3, std::ssize(triangles.corners) / 3);
+  };
+  if (spec.read->file == path) return bytes_of(spec.read->triangles);
   constexpr std::uintmax_t most_to_read = 100'000'000;
   // The files of a triangle that take least have three places of two bytes, which three triangles may share.
   const std::uintmax_t size = bytes_of_mesh_file(path);
@@ -129,8 +134,8 @@ std::int64_t bytes_of_mesh_in(const std::string& path) {
   if (size > most_to_read) return most;
   try {
     check_file(path);
-    const Triangles triangles = triangles_of(path);
-    return bytes_of_triangles(std::ssize(triangles.places) / 3, std::ssize(triangles.corners) / 3);
+    *spec.read = {path, triangles_of(path)};
+    return bytes_of(spec.read->triangles);
   } catch (const UserError&) {
     return 0;
   } catch (const EnvironmentError&) {  // no library that reads meshes on the machine that plans
@@ -139,8 +144,7 @@ std::int64_t bytes_of_mesh_in(const std::string& path) {
 }
 
 Mesh::Mesh(const ObjectSpec& spec) {
-  check_file(spec.file);
-  read(spec.file);
+  read(spec);
   set_down(spec);
   std::string error;
   tracer_ = mesh_library().trace(triangles_, error);
@@ -152,8 +156,14 @@ Vector Mesh::corner(std::uint32_t triangle, std::size_t k) const {
   return {static_cast<double>(place[0]), static_cast<double>(place[1]), static_cast<double>(place[2])};
 }
 
-void Mesh::read(const std::string& path) {
-  triangles_ = triangles_of(path);
+void Mesh::read(const ObjectSpec& spec) {
+  const std::string& path = spec.file;
+  if (spec.read->file == path) {
+    triangles_ = std::exchange(*spec.read, {}).triangles;
+  } else {
+    check_file(path);
+    triangles_ = triangles_of(path);
+  }
   if (triangles_.size() == 0) throw UserError(path, "has no triangles");
   if (triangles_.size() > most_triangles)
     throw UserError(path, fmt::format("has {} triangles: accepted are at most {}", triangles_.size(), most_triangles));

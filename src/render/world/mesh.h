@@ -19,13 +19,14 @@ std::uintmax_t bytes_of_mesh_file(const std::string& path);
 
 // Bytes that a mesh of so many vertices and triangles takes with what finds the triangles that a ray meets.
 std::int64_t bytes_of_triangles(std::int64_t vertices, std::int64_t triangles);
-// The same of what the file holds, which is read for it; of files past 100 MB, from the size of the file, no less than
-// it takes. 0 where the file cannot be read: who loads it says why.
-std::int64_t bytes_of_mesh_in(const std::string& path);
+// The same of what the file holds, which is read for it and kept for the mesh; of files past 100 MB, from the size of
+// the file, no less than it takes. 0 where the file cannot be read: who loads it says why.
+std::int64_t bytes_of_mesh_in(const ObjectSpec& spec);
 
 class Mesh {
  public:
-  // Throws UserError where the file cannot be read, or is no mesh of triangles that have places and areas.
+  // Takes what was read for the plan. Throws UserError where the file cannot be read, or is no mesh of triangles that
+  // have places and areas.
   explicit Mesh(const ObjectSpec& spec);
 
   // What a ray from afar meets first.
@@ -37,7 +38,7 @@ class Mesh {
   std::size_t num_left_out() const { return left_out_; }  // without an area
 
  private:
-  void read(const std::string& path);
+  void read(const ObjectSpec& spec);
   void set_down(const ObjectSpec& spec);
   Vector corner(std::uint32_t triangle, std::size_t k) const;
 

@@ -8,16 +8,10 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <vector>
+
+#include "noiseloom/render/scene.h"
 
 namespace noiseloom::render {
-
-struct Triangles {
-  std::vector<float> places;           // x, y, z of each vertex
-  std::vector<std::uint32_t> corners;  // three vertices of each triangle, counted from 0
-
-  std::size_t size() const { return corners.size() / 3; }
-};
 
 // Where a ray meets a triangle first: at (1 - u - v) of its first corner, u of its second and v of its third.
 struct TriangleHit {
