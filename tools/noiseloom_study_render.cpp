@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -150,13 +151,15 @@ int run_render(const RenderArguments& arguments) {
     }
   }
   const std::vector<render::Noise> noises = open_noises(scene, arguments);
-  if (!arguments.result.quiet)
-    for (const std::string& note : render::notes_of_reading(scene, noises))
-      print_error(fmt::format("note: {}\n", note));
+  const auto print_notes = [&](std::span<const std::string> notes) {
+    if (!arguments.result.quiet)
+      for (const std::string& note : notes) print_error(fmt::format("note: {}\n", note));
+  };
+  const std::vector<std::string> known_before = render::notes_of_reading(scene, noises);
+  print_notes(known_before);
   ThreadPool pool(arguments.threads > 0 ? arguments.threads : num_available_processors());
   const render::Result result = render::render(scene, noises, pool);
-  if (!arguments.result.quiet)
-    for (const std::string& note : result.notes) print_error(fmt::format("note: {}\n", note));
+  print_notes(std::span(result.notes).subspan(known_before.size()));
   const std::vector<render::ExpectationResult> expectations = render::check_expectations(scene, result);
   render::add_outputs(scene, result, arguments.folder, output);
   add_render_report(scene, result, expectations, render::to_toml(scene), report_origin(), arguments.folder, output);

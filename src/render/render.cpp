@@ -242,7 +242,8 @@ Result render(const Scene& scene, const std::vector<Noise>& noises, ThreadPool& 
     result.truths.resize(result.effects.size() * result.stages.size());
   }
   if (scene.puts_out("spectra")) result.spectra.resize(result.effects.size() * noises.size() * result.num_times());
-  result.notes = shared.notes;
+  result.notes = notes_of_reading(scene, noises);
+  result.notes.insert(result.notes.end(), shared.notes.begin(), shared.notes.end());
   run_jobs(shared, result, pool);
   check_errors(result);
   store_truth(shared, result);

@@ -108,6 +108,13 @@ class Page {
     writer_.report.sections.push_back({"What the scene expects", "", {}, {table}});
   }
 
+  void add_notes() {
+    if (result_.notes.empty()) return;
+    ReportTable table{{"note"}, {}, true};
+    for (const std::string& note : result_.notes) table.rows.push_back({{note}, ""});
+    writer_.report.sections.push_back({"What is to be known of it", "", {}, {table}});
+  }
+
   void add_passes() {
     ReportTable table{{"pass", "calls", "seconds", "why"}, {}, true};
     for (const render::PassResult& one : result_.passes)
@@ -314,6 +321,7 @@ void add_render_report(const Scene& scene, const Result& result,
       scene.width, scene.height, scene.frames, scene.repeats);
   for (std::size_t effect = 0; effect < result.effects.size(); ++effect) page.add_effect(effect);
   page.add_expectations(expectations);
+  page.add_notes();
   page.add_passes();
   report.config = scene_text;
   report.origin = origin;

@@ -166,6 +166,10 @@ class RenderTest(support.ProgramTest):
         save("moved", 7 * upper, first=(-13, 40, -2))
         save("other", upper, grid="heat")
         save("nan", upper, further=[((3, 4, 5), float("nan"))])
+        save("negative", upper, further=[((3, 4, 5), -1.0)])
+        save("zero", 0 * upper)
+        save("black", 0 * upper, further=[((3, 4, 5), 0.0)])
+        save("one", 0 * upper, further=[((3, 4, 5), 2.0)])
         (self.folder / "words.vdb").write_text("no volume")
         tail = '\n[volume]\ndensity = "file"\nfile = "%s.vdb"\nresolution = 16\nalbedo = 0\n'
         for name in ("upper", "moved"):
@@ -176,7 +180,9 @@ class RenderTest(support.ProgramTest):
         self.assertLess(truth[6, 16], 20)                       # black behind its density
         self.assertGreater(truth[18, 16], 100)                  # the light behind it
         self.assertGreater(truth[6, 2], 100)                    # beside the box
-        for name, words in (("other", 'it has "heat"'), ("nan", "holds nan at voxel"),
+        self.run_program("render", self.scene(tail % "one", effect="free-flight"), "-o", "one")
+        for name, words in (("other", 'it has "heat"'), ("nan", "holds nan at voxel"), ("negative", "holds -1 at voxel"),
+                            ("zero", "zero.vdb"), ("black", "is 0 everywhere"),
                             ("words", "cannot be read as OpenVDB")):
             done = self.run_program("render", self.scene(tail % name, effect="free-flight"), "-o", "not", expect=2)
             self.assertIn(words, done.stderr)
@@ -184,12 +190,15 @@ class RenderTest(support.ProgramTest):
         self.assertFalse((self.folder / "not/results.csv").exists())
 
     def test_the_same_bytes_on_any_number_of_threads_and_without_vectors(self):
-        scene = self.scene(outputs='"curves", "images"', effect="dither")
+        others = "".join(f"[effects.{name}]\n" for name in ("integrand", "transparency", "free-flight", "ray-march", "ambient-occlusion",
+                                                           "soft-shadow", "sky", "convolution", "sparse"))
+        scene = self.scene(others + '[volume]\nresolution = 16\n[[filter.space]]\nkernel = "a-trous"\nlevels = 2\n'
+                           'edges = ["depth", "normal"]\n', outputs='"curves", "images", "predictions", "spectra"', effect="dither")
         self.run_program("render", scene, "-o", "out", "--threads", "1")
         names = sorted(p.relative_to(self.folder / "out") for p in (self.folder / "out").rglob("*")
                        if p.suffix in (".csv", ".png"))
         self.assertGreater(len(names), 10)
-        for folder, options, environment in (("more", ["--threads", "5"], None), ("plain", [], support.PLAIN_CPU)):
+        for folder, options, environment in (("two", ["--threads", "2"], None), ("more", ["--threads", "5"], None), ("plain", [], support.PLAIN_CPU)):
             self.run_program("render", scene, "-o", folder, "--noises", "out/noise", *options, environment=environment)
             for name in names:
                 self.assertEqual((self.folder / folder / name).read_bytes(), (self.folder / "out" / name).read_bytes(), name)

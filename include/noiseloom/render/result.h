@@ -62,8 +62,9 @@ struct Result {
   // [noise][stage]: error over that of white noise as the score of the texture promises it, where they are put out.
   std::vector<std::optional<double>> predictions;
   std::vector<PassResult> passes;
-  std::vector<std::string> notes;  // what is to be known of what was seen, a sentence each
-  double seconds = 0;              // of the wall
+  // What is to be known of it, a sentence each: first what is said of how noises are read, then of what was made.
+  std::vector<std::string> notes;
+  double seconds = 0;  // of the wall
   int threads = 1;
 
   double square(std::size_t effect, std::size_t noise, int repeat, std::size_t stage, int frame) const;

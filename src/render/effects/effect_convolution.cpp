@@ -115,6 +115,12 @@ void check_points(const Noise& noise, const MassTable& masses) {
 void make_kernel_pass(Shared& shared) {
   const BlurMasses& blur = shared.kernel.make(
       {make_kernel(shared.scene.convolution), picture_of_lights(shared.scene.width, shared.scene.height)});
+  const double texels = 1.0 * blur.masses.width() * blur.masses.height();
+  for (const Noise& noise : shared.opened)
+    if (!noise.spec.importance && !holds_points(shared.scene.convolution, noise))
+      shared.notes.push_back(
+          note_of_weights(noise.spec.name, "convolution",
+                          weights_of(blur.masses, std::vector<double>(static_cast<std::size_t>(texels), 1 / texels))));
   if (shared.scene.convolution.kernel != BlurKernel::image) return;
   for (const Noise& noise : shared.opened)
     if (holds_points(shared.scene.convolution, noise)) check_points(noise, blur.masses);

@@ -120,8 +120,15 @@ std::vector<double> light_of_frames(const SkyLight& sky, std::int64_t turn, std:
 
 void make_sky_pass(Shared& shared) {
   const SkyLight& sky = shared.sky.make(make_sky(shared.scene.sky));
-  for (const Noise& noise : shared.opened)
-    if (holds_directions_of_sky(shared.scene, noise)) check_directions(noise, sky);
+  std::vector<double> chances = sky.solid_angles;
+  for (double& chance : chances) chance /= math::two_pi;
+  for (const Noise& noise : shared.opened) {
+    if (holds_directions_of_sky(shared.scene, noise)) {
+      check_directions(noise, sky);
+    } else if (!noise.spec.importance) {
+      shared.notes.push_back(note_of_weights(noise.spec.name, "sky", weights_of(sky.cells, chances)));
+    }
+  }
 }
 
 std::int64_t bytes_of_sky(const Scene& scene, std::span<const Noise>) {

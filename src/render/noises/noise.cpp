@@ -75,6 +75,22 @@ std::unique_ptr<RunLock> lock_making(const std::string& path, const WaitForOther
   }
 }
 
+// Codes that others divide by 255 reach 1, which no effect takes: a pane that is opaque is there for all numbers below
+// it. What was done is said.
+void keep_below_one(Noise& noise, Texture& texture) {
+  if (noise.numbers_in_value() == 0) return;
+  std::int64_t changed = 0;
+  for (float& value : texture.values) {
+    if (value < 1) continue;
+    value = 0x1.fffffep-1F;
+    ++changed;
+  }
+  if (changed > 0)
+    noise.notes.push_back(fmt::format(
+        "{} of its {} numbers {} 1 and {} read as the largest below it: an effect takes numbers of 0 to 1, without 1",
+        changed, texture.values.size(), changed == 1 ? "is" : "are", changed == 1 ? "is" : "are"));
+}
+
 constexpr std::int64_t most_across = 65536;  // of TextureRead
 
 std::shared_ptr<const Texture> checked(TextureFile file, const NoiseSpec& spec, const std::string& path) {
@@ -194,6 +210,7 @@ Noise open_noise(const NoiseSpec& spec, const std::string& folder, const MakeTex
   noise.samples = file.config->problem.samples;
   noise.channels = file.texture.channels;
   noise.num_values = std::ssize(file.texture.values);
+  keep_below_one(noise, file.texture);
   noise.texture = checked(std::move(file), spec, path);
   noise.extents = noise.texture->extents;
   return noise;

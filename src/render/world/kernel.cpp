@@ -137,6 +137,29 @@ Texel MassTable::at(double u, double v) const {
   return {place_in(cells_.data() + std::ptrdiff_t{y} * width_, width_, u), y};
 }
 
+Weights weights_of(const MassTable& masses, const std::vector<double>& chances) {
+  Weights weights;
+  std::size_t i = 0;
+  for (int y = 0; y < masses.height(); ++y)
+    for (int x = 0; x < masses.width(); ++x, ++i) {
+      const double mass = masses.mass({x, y});
+      if (!(mass > 0) || !(chances[i] > 0)) continue;
+      weights.largest = std::max(weights.largest, mass / chances[i]);
+      weights.above_clamp += std::max(0.0, mass - weight_clamp * chances[i]);
+    }
+  return weights;
+}
+
+std::string note_of_weights(const std::string& noise, const std::string& effect, const Weights& weights) {
+  return fmt::format(
+      "noise \"{}\": it is spread evenly, so that a sample of {} weighs up to {:.3g} times the mean; {}", noise, effect,
+      weights.largest,
+      weights.above_clamp > 0
+          ? fmt::format("a clamp of weights at {:g} would take {:.2g} % of the mean (nothing is clamped)", weight_clamp,
+                        100 * weights.above_clamp)
+          : fmt::format("a clamp of weights at {:g} would change nothing", weight_clamp));
+}
+
 const char* space_of_kernel(BlurKernel kernel) {
   switch (kernel) {
     case BlurKernel::disk:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "noiseloom/render/noise.h"
@@ -34,6 +35,18 @@ class MassTable {
   std::vector<double> rows_;   // mass up to the end of each row
   std::vector<double> cells_;  // [y][x]: mass of the row up to the end of each texel
 };
+
+// What estimates weigh that are drawn with other chances than the masses of a table: mass over chance, 1 on average.
+struct Weights {
+  double largest = 0;
+  double above_clamp = 0;  // what a clamp at weight_clamp would take from the mean of 1
+};
+// What renderers keep the weights of samples below, so that few pixels are bright; nothing is clamped here.
+inline constexpr double weight_clamp = 20;
+// `chances`: [y][x], which add up to 1.
+Weights weights_of(const MassTable& masses, const std::vector<double>& chances);
+// A sentence about them.
+std::string note_of_weights(const std::string& noise, const std::string& effect, const Weights& weights);
 
 struct BlurMasses {
   MassTable masses;

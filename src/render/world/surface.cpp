@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "noiseloom/core/math.h"
 #include "render/world/mesh.h"
@@ -148,10 +149,19 @@ Frame frame_of(Vector n) {
   return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}};
 }
 
+// Of a place from the tangent plane of another. Two places without end at one place are no distance apart, though the
+// difference of their numbers is none; where only one has no end, all is between them.
+static double distance_in_depth(const Hit& at, const Hit& tap) {
+  const double distance = std::fabs(dot(at.normal, tap.place - at.place));
+  if (!std::isnan(distance)) return distance;
+  const bool is_same = at.place.x == tap.place.x && at.place.y == tap.place.y && at.place.z == tap.place.z;
+  return is_same ? 0 : std::numeric_limits<double>::infinity();
+}
+
 double edge_weight(const Hit& at, const Hit& tap, const SpaceFilterSpec& filter, bool by_depth, bool by_normal) {
   if (at.shape == Shape::plane && tap.shape == Shape::plane) return 1;
   double weight = 1;
-  if (by_depth) weight *= math::exp(-std::fabs(dot(at.normal, tap.place - at.place)) / filter.depth);
+  if (by_depth) weight *= math::exp(-distance_in_depth(at, tap) / filter.depth);
   if (by_normal) weight *= math::pow(std::max(0.0, dot(at.normal, tap.normal)), filter.power);
   return weight;
 }
