@@ -17,7 +17,7 @@ import struct
 import sys
 import tomllib
 
-from support import PLAIN_CPU, ProgramTest, main
+from support import PLAIN_CPU, THOROUGH, ProgramTest, main
 
 ANNEAL = 'optimizer.method = "anneal"\noptimizer.stop = { iterations = 60 }\n'
 FAST = 'optimizer.method = "fast"\noptimizer.stop = { iterations = 16 }\n'
@@ -366,13 +366,13 @@ class PinnedSamples(ProgramTest):
         self.assertEqual(found["state"]["algorithm"], ALGORITHMS[method], f"{name}: the number of the algorithm {method}")
         return tuple(found["checksums"][dataset] for dataset in ("/samples", "/order") if dataset in found["checksums"])
 
-    def all_checksums(self, *arguments, **options):
+    def all_checksums(self, *arguments, names=tuple(CONFIGS), **options):
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
-            found = pool.map(lambda number, name: self.checksums_of(name, number, *arguments, **options), range(len(CONFIGS)), CONFIGS)
-            return dict(zip(CONFIGS, found))
+            found = pool.map(lambda number, name: self.checksums_of(name, number, *arguments, **options), range(len(names)), names)
+            return dict(zip(names, found))
 
     def compare(self, found):
-        changed = [f"{name}: {found[name]}, pinned {CHECKSUMS.get(name)}" for name in CONFIGS if found[name] != CHECKSUMS.get(name)]
+        changed = [f"{name}: {found[name]}, pinned {CHECKSUMS.get(name)}" for name in found if found[name] != CHECKSUMS.get(name)]
         self.assertEqual(changed, [], "textures have changed: unless they should not, raise the number of the algorithm; the head of this file says how")
         self.assertEqual(list(CHECKSUMS), list(CONFIGS), "a config without a checksum, or the other way round")
 
@@ -380,7 +380,10 @@ class PinnedSamples(ProgramTest):
         self.compare(self.all_checksums("--threads", 1))
 
     def test_two_ranks_of_two_threads_without_fma(self):
-        self.compare(self.all_checksums("--threads", 2, ranks=2, environment=PLAIN_CPU))
+        # Every other one: same_bytes_test.py and the tests of folders ask for the same bytes of ranks, and a launcher takes
+        # longer than the texture.
+        names = tuple(CONFIGS) if THOROUGH else tuple(CONFIGS)[::2]
+        self.compare(self.all_checksums("--threads", 2, ranks=2, environment=PLAIN_CPU, names=names))
 
 
 def print_table():

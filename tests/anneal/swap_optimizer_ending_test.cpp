@@ -3,6 +3,7 @@
 
 #include "noiseloom/anneal/swap_optimizer.h"
 #include "support/filter_specs.h"
+#include "support/mpi_session.h"
 
 namespace noiseloom {
 namespace {

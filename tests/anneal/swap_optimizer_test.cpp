@@ -1,0 +1,150 @@
+// What one process does with the samples of its slices, with R and with time.
+#include "noiseloom/anneal/swap_optimizer.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "anneal/swap_cases.h"
+#include "support/mpi_session.h"
+
+namespace noiseloom {
+namespace {
+
+using namespace testing_support;
+
+TEST(SwapOptimizer, KeepsTheSamplesOfEverySliceBitForBit) {
+  const Communicator alone = Communicator::self();
+  for (const SwapCase& job : swap_cases()) {
+    SCOPED_TRACE(job.name);
+    ThreadPool pool(1);
+    const SampleSource source = source_of(job.problem);
+    SwapOptimizer engine(job.problem, job.optimizer, source, alone, pool);
+    engine.start();
+    while (!engine.finished()) engine.step(0);
+    const auto channels = static_cast<std::size_t>(source.channels());
+    for (const SliceIndex s : job.problem.extents.slices()) {
+      const std::vector<float> list = source.list(s);
+      const std::vector<float> samples = engine.samples(s);
+      std::vector<bool> seen(list.size() / channels);
+      for (std::size_t cell = 0; cell < seen.size(); ++cell) {
+        const std::uint32_t id = engine.permutation(s)[cell].value();
+        EXPECT_FALSE(seen[id]);
+        seen[id] = true;
+        for (std::size_t c = 0; c < channels; ++c) EXPECT_EQ(samples[cell * channels + c], list[id * channels + c]);
+      }
+    }
+  }
+}
+
+// gamma this small makes simultaneous swaps all but independent: the energy, and with K = -d also R, can only fall.
+TEST(SwapOptimizer, RelativeErrorFallsInEverySweepOfAGreedyRun) {
+  const Communicator alone = Communicator::self();
+  SwapCase job = swap_cases()[1];
+  job.problem.extents = Extents({32, 32, 5});
+  job.optimizer.fraction = 1.0 / 128;
+  job.optimizer.grow_fraction = false;
+  job.optimizer.stop.iterations = 40;
+  ThreadPool pool(1);
+  const SampleSource source = source_of(job.problem);
+  SwapOptimizer engine(job.problem, job.optimizer, source, alone, pool);
+  engine.start();
+  double before = engine.relative_error();
+  while (!engine.finished()) {
+    engine.step(0);
+    const double after = engine.relative_error();
+    EXPECT_LT(after, before) << "sweep " << engine.sweep();
+    before = after;
+  }
+  EXPECT_EQ(engine.sweep(), 40);
+}
+
+// Pairs that swap together see each other's old values; only a small share of them may, until few want to.
+TEST(SwapOptimizer, FastConvergesOnASmallSliceUnderAWideFilter) {
+  ProblemSpec problem;
+  problem.extents = Extents({24, 24});
+  problem.filter.groups = {group({0, 1}, box(5))};
+  OptimizerSpec optimizer;
+  optimizer.method = Method::fast;
+  optimizer.stop.iterations = 400;
+  const SampleSource source = source_of(problem);
+  const Communicator alone = Communicator::self();
+  ThreadPool pool(1);
+  SwapOptimizer engine(problem, optimizer, source, alone, pool);
+  engine.start();
+  while (!engine.finished()) engine.step(0);
+  double lowest = 1;
+  for (const HistoryRow& row : engine.history()) {
+    EXPECT_LT(row.relative_error, 1.1 * lowest + 0.05);
+    lowest = std::min(lowest, row.relative_error);
+  }
+  EXPECT_LT(engine.history().back().relative_error, 0.2);
+}
+
+// R of an optimiser's texture as it is now, by one that knows nothing but its permutations.
+double error_found_afresh(SwapOptimizer& optimizer, const SwapCase& job, const SampleSource& source, ThreadPool& pool,
+                          const Communicator& communicator) {
+  SwapState state = optimizer.state();
+  state.scored_iterations = -1;
+  SwapOptimizer other(job.problem, job.optimizer, source, communicator, pool);
+  other.restore(state, [&](SliceIndex slice) { return optimizer.permutation(slice); });
+  return other.relative_error();
+}
+
+// A run that must end in time has to know how long its last score takes, also where it is taken up again.
+TEST(SwapOptimizer, KnowsWhatItsLastScoreTakesWhereTheClockEndsIt) {
+  const Communicator alone = Communicator::self();
+  ThreadPool pool(1);
+  SwapCase job = swap_cases().front();
+  job.optimizer.stop = {.iterations = 0, .time_s = 1000};
+  const SampleSource source = source_of(job.problem);
+  SwapOptimizer begun(job.problem, job.optimizer, source, alone, pool);
+  begun.start();
+  EXPECT_TRUE(begun.scores_within(1000));
+  begun.step(1);
+  SwapOptimizer resumed(job.problem, job.optimizer, source, alone, pool);
+  resumed.restore(begun.state(), [&](SliceIndex slice) { return begun.permutation(slice); });
+  EXPECT_TRUE(resumed.scores_within(1000));
+  EXPECT_TRUE(resumed.last_score_is_current());
+  EXPECT_EQ(resumed.last_score(), begun.relative_error());
+}
+
+// R is evaluated again whenever somebody looks, seconds apart; what is shown is R of a moment, and says of which. The
+// history and the texture do not depend on it.
+TEST(SwapOptimizer, ShowsNothingButR) {
+  const Communicator alone = Communicator::self();
+  ThreadPool pool(2);
+  for (const SwapCase& job : swap_cases()) {
+    SCOPED_TRACE(job.name);
+    const auto [expected, expected_history] = straight_run(job);
+    const SampleSource source = source_of(job.problem);
+    SwapOptimizer optimizer(job.problem, job.optimizer, source, alone, pool);
+    optimizer.start();
+    double seconds = 0;
+    while (!optimizer.finished()) {
+      optimizer.step(seconds += 1000);
+      const double exact = error_found_afresh(optimizer, job, source, pool, alone);
+      const bool ends_sweep = optimizer.state().step == 0;
+      EXPECT_EQ(optimizer.last_score_is_current(), ends_sweep);
+      if (ends_sweep) {
+        EXPECT_NEAR(optimizer.last_score(), exact, 1e-4 * exact);
+      }
+      optimizer.score_now();
+      EXPECT_TRUE(optimizer.last_score_is_current());
+      EXPECT_EQ(optimizer.last_score(), exact);
+      EXPECT_EQ(optimizer.last_score_at_iteration(), optimizer.iterations());
+    }
+    ASSERT_EQ(optimizer.history().size(), expected_history.size());
+    for (std::size_t row = 0; row < expected_history.size(); ++row) {
+      EXPECT_EQ(optimizer.history()[row].relative_error, expected_history[row].relative_error);
+      EXPECT_EQ(optimizer.history()[row].iterations, expected_history[row].iterations);
+    }
+    EXPECT_EQ(optimizer.history().back().relative_error, error_found_afresh(optimizer, job, source, pool, alone));
+    for (const SliceIndex s : job.problem.extents.slices()) {
+      EXPECT_EQ(optimizer.permutation(s), expected[static_cast<std::size_t>(s)]);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace noiseloom
