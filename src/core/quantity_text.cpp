@@ -26,7 +26,8 @@ std::string bytes_text(double bytes) {
 std::string digits_text(double value) {
   if (value == 0 || !std::isfinite(value)) return fmt::format("{}", value);
   const int magnitude = static_cast<int>(std::floor(std::log10(std::abs(value))));
-  return fmt::format("{:.{}f}", value, std::clamp(2 - magnitude, 0, 12));
+  if (magnitude < -9) return fmt::format("{:.2e}", value);
+  return fmt::format("{:.{}f}", value, std::max(2 - magnitude, 0));
 }
 
 std::string rate_text(double per_second, const char* what) {

@@ -24,6 +24,7 @@ TEST(DigitsText, HasThreeDigitsAndNoExponent) {
   EXPECT_EQ(digits_text(0.001), "0.00100");
   EXPECT_EQ(digits_text(0.00043219), "0.000432");
   EXPECT_EQ(digits_text(4.3219e-7), "0.000000432");
+  EXPECT_EQ(digits_text(4.3219e-13), "4.32e-13");
   EXPECT_EQ(digits_text(1), "1.00");
   EXPECT_EQ(digits_text(-12.345), "-12.3");
   EXPECT_EQ(digits_text(1234567), "1234567");
