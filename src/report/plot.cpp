@@ -73,27 +73,19 @@ std::vector<double> ticks_of(const Scale& scale, int wanted) {
   return scale.log ? log_ticks(scale.lo, scale.hi) : linear_ticks(scale.lo, scale.hi, wanted);
 }
 
-const char* style_class(PlotLine::Style style) {
-  switch (style) {
-    case PlotLine::Style::main:
-      return "nl-main";
-    case PlotLine::Style::second:
-      return "nl-second";
-    case PlotLine::Style::third:
-      return "nl-third";
-    case PlotLine::Style::fourth:
-      return "nl-fourth";
-    case PlotLine::Style::fifth:
-      return "nl-fifth";
-    case PlotLine::Style::dashed:
-      return "nl-dashed";
-    case PlotLine::Style::front:
-      return "nl-front";
-    case PlotLine::Style::points:
-      return "nl-points";
-  }
-  return "";
-}
+// What lines look like, in the order of PlotLine::Style; those past the last of these have a look of their own below.
+struct Look {
+  const char* name;
+  const char* colour;
+  const char* dashes;
+};
+constexpr Look looks[] = {
+    {"nl-main", "#2f7ed8", "none"},   {"nl-second", "#d8722f", "none"}, {"nl-third", "#2fa56b", "9 3"},
+    {"nl-fourth", "#9a6fd8", "3 2"},  {"nl-fifth", "#c9a400", "none"},  {"nl-sixth", "#d0467f", "12 3 3 3"},
+    {"nl-seventh", "#2aa7b8", "6 2"}, {"nl-eighth", "#8a6d4b", "2 3"},  {"nl-dashed", "#888", "5 4"},
+    {"nl-front", "#2fa56b", "none"},  {"nl-points", "#8a63c7", "none"}};
+
+const char* style_class(PlotLine::Style style) { return looks[static_cast<std::size_t>(style)].name; }
 
 constexpr int x_ticks = 7;
 constexpr int y_ticks = 5;
@@ -141,20 +133,26 @@ struct LegendEntry {
 std::vector<LegendEntry> placed_legend(const Plot& plot) {
   constexpr double sample = 30;
   constexpr double gap = 20;
-  const double first = text_width(plot.y_label) + gap;
+  const double room = plot.width - right - text_width(plot.y_label) - gap;
   std::vector<LegendEntry> entries;
-  double end = plot.width - right;
-  int row = 0;
-  for (auto line = plot.lines.rbegin(); line != plot.lines.rend(); ++line) {
-    if (line->label.empty()) continue;
-    if (end - text_width(line->label) - sample < first && end < plot.width - right) {
+  double end = 0;  // of the row so far, from its own beginning
+  std::size_t first = 0;
+  const auto move_to_the_right = [&] {
+    for (; first < entries.size(); ++first) entries[first].begin += plot.width - right - end;
+  };
+  for (const PlotLine& line : plot.lines) {
+    if (line.label.empty()) continue;
+    const double width = sample + text_width(line.label);
+    int row = entries.empty() ? 0 : entries.back().row;
+    if (end > 0 && end + gap + width > room) {
+      move_to_the_right();
       ++row;
-      end = plot.width - right;
+      end = 0;
     }
-    const double begin = end - text_width(line->label);
-    entries.push_back({&*line, begin, row});
-    end = begin - sample - gap;
+    end += (end > 0 ? gap : 0) + width;
+    entries.push_back({&line, end - text_width(line.label), row});
   }
+  move_to_the_right();
   return entries;
 }
 
@@ -234,13 +232,26 @@ std::string notes_svg(const Plot& plot, const Scale& x, const Scale& y) {
   return svg;
 }
 
+// The area between the lower and the upper ends.
+std::string band_svg(const PlotLine& line, const Scale& x, const Scale& y) {
+  std::string below;
+  std::string above;
+  for (std::size_t i = 0; i < std::min({line.x.size(), line.low.size(), line.high.size()}); ++i) {
+    if (!x.holds(line.x[i]) || !y.holds(line.low[i]) || !y.holds(line.high[i])) continue;
+    below += fmt::format("{:.1f},{:.1f} ", x(line.x[i]), y(line.low[i]));
+    above.insert(0, fmt::format("{:.1f},{:.1f} ", x(line.x[i]), y(line.high[i])));
+  }
+  return fmt::format("<polygon class='{} nl-band' points='{}{}'/>\n", style_class(line.style), below, above);
+}
+
 std::string line_svg(const PlotLine& line, const Scale& x, const Scale& y) {
   std::string points;
-  std::string markers;
+  std::string markers = line.has_band ? band_svg(line, x, y) : "";
   for (std::size_t i = 0; i < line.x.size(); ++i) {
     if (!x.holds(line.x[i]) || !y.holds(line.y[i])) continue;
     points += fmt::format("{:.1f},{:.1f} ", x(line.x[i]), y(line.y[i]));
-    if (i < line.low.size() && i < line.high.size() && y.holds(line.low[i]) && line.low[i] < line.high[i])
+    if (!line.has_band && i < line.low.size() && i < line.high.size() && y.holds(line.low[i]) &&
+        line.low[i] < line.high[i])
       markers += fmt::format("<line class='{0}' x1='{1:.1f}' x2='{1:.1f}' y1='{2:.1f}' y2='{3:.1f}'/>\n",
                              style_class(line.style), x(line.x[i]), y(line.low[i]), y(line.high[i]));
     if (i < line.names.size())
@@ -261,19 +272,22 @@ std::string mark_svg(const PlotMark& mark, const Plot& plot, const Scale& x, con
       xml_escaped(mark.label));
 }
 
-constexpr const char* plot_style =
-    "<style>.nl-plot{font:12px system-ui,sans-serif;color:#333}.nl-plot text{fill:currentColor}"
-    ".nl-grid{stroke:currentColor;stroke-opacity:.15}.nl-axis{stroke:currentColor;stroke-opacity:.6}"
-    ".nl-tick{opacity:.75}.nl-main,.nl-second,.nl-third,.nl-fourth,.nl-fifth,.nl-dashed{fill:none;stroke-width:2;"
-    "stroke-linejoin:round}"
-    ".nl-main{stroke:#2f7ed8}.nl-second{stroke:#d8722f}.nl-third{stroke:#2fa56b;stroke-dasharray:9 "
-    "3}.nl-fourth{stroke:#9a6fd8;stroke-dasharray:3 2}.nl-fifth{"
-    "stroke:#c9a400}.nl-dashed{stroke:#888;stroke-dasharray:5 4}"
-    ".nl-front{fill:none;stroke:#2fa56b;stroke-opacity:.3;stroke-width:11;stroke-linejoin:round;stroke-linecap:round}"
-    ".nl-points{fill:none;stroke:#8a63c7;stroke-width:1.6}.nl-main.nl-dot{fill:#2f7ed8}.nl-second.nl-dot{fill:#d8722f}"
-    ".nl-third.nl-dot{fill:#2fa56b;stroke-dasharray:none}.nl-fourth.nl-dot{fill:#9a6fd8;stroke-dasharray:none}"
-    ".nl-points.nl-dot{fill:#8a63c7;fill-opacity:.25}.nl-ring{fill:none;stroke:currentColor;stroke-width:1.6}"
-    ".nl-mark{font-weight:600}.nl-note{opacity:.65}</style>\n";
+std::string plot_style() {
+  std::string text =
+      "<style>.nl-plot{font:12px system-ui,sans-serif;color:#333}.nl-plot text{fill:currentColor}"
+      ".nl-grid{stroke:currentColor;stroke-opacity:.15}.nl-axis{stroke:currentColor;stroke-opacity:.6}"
+      ".nl-tick{opacity:.75}";
+  for (const Look& look : looks)
+    text += fmt::format(
+        ".{0}{{fill:none;stroke-width:2;stroke-linejoin:round;stroke:{1};stroke-dasharray:{2}}}"
+        ".{0}.nl-dot,.{0}.nl-band{{fill:{1};stroke-dasharray:none}}",
+        look.name, look.colour, look.dashes);
+  return text +
+         ".nl-band{stroke:none;fill-opacity:.2}.nl-front{stroke-opacity:.3;stroke-width:11;stroke-linecap:round}"
+         ".nl-points{stroke-width:1.6}.nl-points.nl-dot{fill-opacity:.25}"
+         ".nl-ring{fill:none;stroke:currentColor;stroke-width:1.6}.nl-mark{font-weight:600}.nl-note{opacity:.65}"
+         "</style>\n";
+}
 
 }  // namespace
 
@@ -340,7 +354,7 @@ std::string plot_svg(const Plot& plot) {
   std::string svg = fmt::format(
       "<svg xmlns='http://www.w3.org/2000/svg' class='nl-plot' viewBox='0 0 {} {}' role='img'>\n<title>{}</title>\n",
       plot.width, plot.height, xml_escaped(plot.title));
-  svg += plot_style + axes_svg(plot, x, y);
+  svg += plot_style() + axes_svg(plot, x, y);
   for (const PlotLine& line : plot.lines) svg += line_svg(line, x, y);
   svg += notes_svg(plot, x, y);
   for (const PlotMark& mark : plot.marks) svg += mark_svg(mark, plot, x, y);
@@ -353,7 +367,7 @@ std::string picture_with_axes(const std::string& image_source, int width, int he
   std::string svg = fmt::format(
       "<svg xmlns='http://www.w3.org/2000/svg' class='nl-plot nl-picture' viewBox='0 0 {} {:.0f}' role='img'>\n"
       "<title>{}</title>\n{}<image href='{}' x='{}' y='{}' width='{}' height='{}'/>\n",
-      picture_width_with_axes(width), base + bottom, xml_escaped(axes.title), plot_style, image_source, left, above,
+      picture_width_with_axes(width), base + bottom, xml_escaped(axes.title), plot_style(), image_source, left, above,
       width, height);
   for (const double frequency : {-0.5, 0.0, 0.5}) {
     const double px = left + (frequency + 0.5) * width;

@@ -19,8 +19,9 @@ using render::Scene;
 
 constexpr int picture_size = 216;  // CSS pixels of a picture's side, four in a row
 constexpr int wipe_size = 640;     // of one that is looked at alone
-constexpr PlotLine::Style styles[] = {PlotLine::Style::main, PlotLine::Style::second, PlotLine::Style::third,
-                                      PlotLine::Style::fourth, PlotLine::Style::fifth};
+constexpr PlotLine::Style styles[] = {PlotLine::Style::main,    PlotLine::Style::second, PlotLine::Style::third,
+                                      PlotLine::Style::fourth,  PlotLine::Style::fifth,  PlotLine::Style::sixth,
+                                      PlotLine::Style::seventh, PlotLine::Style::eighth};
 
 std::string percent_of(const Result& result, double rmse, std::size_t effect, std::size_t stage) {
   if (!result.white) return "";
@@ -181,7 +182,11 @@ class Page {
   // One plot for each filter over time, before the filters over space and after the last of them.
   void add_curves(std::size_t effect, const std::string& name) {
     if (result_.frames < 2) return;
-    ReportSection section{name + ": from frame to frame", "Both axes are logarithmic.", {}, {}};
+    ReportSection section{
+        name + ": from frame to frame",
+        "Both axes are logarithmic. Pale areas reach from the least to the largest error of a repeat.",
+        {},
+        {}};
     for (std::size_t stage = 0; stage < result_.stages.size(); ++stage) {
       const render::Stage& at = result_.stages[stage];
       const bool is_last = !scene_.space.empty() && at.space == scene_.space.back().name;
@@ -192,7 +197,13 @@ class Page {
         for (int frame = 0; frame < result_.frames; ++frame) {
           line.x.push_back(frame + 1);
           line.y.push_back(result_.rmse(effect, noise, stage, frame).mean);
+          std::vector<double> squares;
+          for (int repeat = 0; repeat < result_.repeats; ++repeat)
+            squares.push_back(result_.square(effect, noise, repeat, stage, frame));
+          line.low.push_back(std::sqrt(*std::min_element(squares.begin(), squares.end())));
+          line.high.push_back(std::sqrt(*std::max_element(squares.begin(), squares.end())));
         }
+        line.has_band = result_.repeats > 1;
         plot.lines.push_back(line);
       }
       section.figures.push_back({plot_svg(plot), "After " + at.to_string() + "."});

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <regex>
+#include <set>
 
 #include "noiseloom/image/image_io.h"
 #include "noiseloom/image/image_reader.h"
@@ -259,6 +260,40 @@ TEST(Plot, WordsDoNotLieOnEachOther) {
           << a << " and " << b << "\n"
           << svg;
   EXPECT_THAT(svg, Not(testing::ContainsRegex(">[0-9.]+e-?[0-9]+<")));
+}
+
+TEST(Plot, TheLegendHasItsLinesInTheirOrderAndEachALookOfItsOwn) {
+  using Style = PlotLine::Style;
+  const std::vector<std::pair<const char*, Style>> lines = {
+      {"white", Style::dashed},      {"blue", Style::main},         {"golden", Style::second},
+      {"sobol-owen", Style::third},  {"stbn", Style::fourth},       {"for a box", Style::fifth},
+      {"for a gauss", Style::sixth}, {"for three", Style::seventh}, {"the last", Style::eighth}};
+  Plot plot{"title", "frame", "error", true, {}, true};
+  for (const auto& [name, style] : lines) plot.lines.push_back({name, {1, 2}, {3, 4}, style});
+  const std::string svg = plot_svg(plot);
+  std::pair<double, double> before = {0, 0};  // y, x
+  std::set<std::string> looks;
+  for (const auto& [name, style] : lines) {
+    std::smatch found;
+    ASSERT_TRUE(std::regex_search(
+        svg, found, std::regex(std::string("x='([0-9.]+)' y='([0-9.]+)'>") + name + "</text><line class='([a-z-]+)'")));
+    const std::pair place = {std::stod(found[2]), std::stod(found[1])};
+    EXPECT_LT(before, place) << name;
+    before = place;
+    std::smatch look;
+    ASSERT_TRUE(std::regex_search(svg, look, std::regex("\\." + found[3].str() + "\\{([^}]*)")));
+    EXPECT_TRUE(looks.insert(look[1]).second) << name;
+  }
+}
+
+TEST(Plot, ABandIsOneAreaAlongItsLine) {
+  PlotLine line{"errors", {1, 10}, {1, 2}};
+  line.low = {0.5, 1};
+  line.high = {2, 4};
+  line.has_band = true;
+  const std::string svg = plot_svg({"title", "x", "y", true, {line}, true});
+  EXPECT_THAT(svg, testing::ContainsRegex("<polygon class='nl-main nl-band' points='([0-9.]+,[0-9.]+ ){4}'/>"));
+  EXPECT_THAT(svg.substr(svg.find("<polyline")), Not(HasSubstr("<line class='nl-main' x1='58")));
 }
 
 TEST(Plot, LogarithmicXPlacesEqualRatiosAtEqualDistances) {

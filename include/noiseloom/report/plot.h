@@ -10,13 +10,26 @@ struct PlotLine {
   std::string label;
   std::vector<double> x;
   std::vector<double> y;
-  // third, fourth: broken, so that what lies below them is seen
+  // third, fourth, sixth and further: broken, so that what lies below them is seen
   // front: broad and pale, to lie under other lines; points: markers alone
-  enum class Style { main, second, third, fourth, fifth, dashed, front, points } style = Style::main;
+  enum class Style {
+    main,
+    second,
+    third,
+    fourth,
+    fifth,
+    sixth,
+    seventh,
+    eighth,
+    dashed,
+    front,
+    points
+  } style = Style::main;
   std::vector<std::string> names = {};  // of the points: each then has a marker that shows its name under the mouse
   std::vector<std::string> notes = {};  // short ones that stand at the points, where there is room
   std::vector<double> low = {};         // of the points: where an upright line through each begins, along y,
   std::vector<double> high = {};        // and ends
+  bool has_band = false;                // low to high are one area along the line instead
 };
 
 // A point that is singled out by a ring and words beside it.
