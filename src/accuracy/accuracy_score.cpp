@@ -12,7 +12,7 @@ Texture through_bits(const Texture& texture, const SampleSpec& samples, const Va
   Texture stored = texture;
   for (float& v : stored.values)
     v = static_cast<float>(from_unit(range, dequantise(quantise(to_unit(range, static_cast<double>(v)), bits), bits)));
-  if (is_between_unit_vectors(distance_kind(samples, texture.channels))) normalise_directions(stored, "stored samples");
+  if (are_unit_vectors(samples)) normalise_directions(stored, "stored samples");
   return stored;
 }
 

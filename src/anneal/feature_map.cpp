@@ -105,6 +105,7 @@ FeatureMap::Basis basis_of(DistanceKind kind) {
       return FeatureMap::Basis::circle;
     case DistanceKind::angle:
     case DistanceKind::axis:
+    case DistanceKind::cosine:
       return FeatureMap::Basis::powers;
     default:
       return FeatureMap::Basis::cosines;

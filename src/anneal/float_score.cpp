@@ -85,6 +85,12 @@ double distance_sum(DistanceKind kind, std::span<const FloatScore::Tap> taps, co
       return with_channels<DistanceKind::angle, 2, 4>(taps, layout, own, other);
     case DistanceKind::axis:
       return with_channels<DistanceKind::axis, 3, 4>(taps, layout, own, other);
+    case DistanceKind::manhattan:
+      return with_channels<DistanceKind::manhattan, 2, 8>(taps, layout, own, other);
+    case DistanceKind::chebyshev:
+      return with_channels<DistanceKind::chebyshev, 2, 8>(taps, layout, own, other);
+    case DistanceKind::cosine:
+      return with_channels<DistanceKind::cosine, 2, 4>(taps, layout, own, other);
     case DistanceKind::euclidean:
       break;
   }

@@ -20,9 +20,17 @@ inline double distance(const double* v, const double* s) {
     double dot = 0;
     for (int c = 0; c < C; ++c) dot += v[c] * s[c];
     return math::acos(dot);
+  } else if constexpr (kind == DistanceKind::manhattan || kind == DistanceKind::chebyshev) {
+    double d = 0;
+    for (int c = 0; c < C; ++c) {
+      const double along = std::abs(v[c] - s[c]);
+      d = kind == DistanceKind::manhattan ? d + along : along > d ? along : d;
+    }
+    return d;
   } else {
     double sum = 0;
     for (int c = 0; c < C; ++c) sum += (v[c] - s[c]) * (v[c] - s[c]);
+    if constexpr (kind == DistanceKind::cosine) return 0.5 * sum;
     if constexpr (kind == DistanceKind::axis) {
       double to_opposite = 0;
       for (int c = 0; c < C; ++c) to_opposite += (v[c] + s[c]) * (v[c] + s[c]);

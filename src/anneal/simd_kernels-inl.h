@@ -88,6 +88,15 @@ HWY_INLINE V distance(const V (&v)[C], const V (&s)[C]) {
     return angle_of_chord(square_of_difference<kind, C>(v, s));
   } else if constexpr (kind == DistanceKind::axis) {
     return hn::Sqrt(square_of_sine<C>(v, s));
+  } else if constexpr (kind == DistanceKind::manhattan || kind == DistanceKind::chebyshev) {
+    V d = hn::Abs(hn::Sub(v[0], s[0]));
+    for (int c = 1; c < C; ++c) {
+      const V along = hn::Abs(hn::Sub(v[c], s[c]));
+      d = kind == DistanceKind::manhattan ? hn::Add(d, along) : hn::Max(d, along);
+    }
+    return d;
+  } else if constexpr (kind == DistanceKind::cosine) {
+    return hn::Mul(set(0.5F), square_of_difference<kind, C>(v, s));
   } else {
     return hn::Sqrt(square_of_difference<kind, C>(v, s));
   }

@@ -141,10 +141,19 @@ struct TapCost {
   double judged;
 };
 TapCost tap_cost(DistanceKind kind) {
-  return kind == DistanceKind::angle       ? TapCost{4, 0.35, 1}
-         : kind == DistanceKind::euclidean ? TapCost{0.5, 0.12, 0.3}
-         : kind == DistanceKind::axis      ? TapCost{0.8, 0.2, 0.5}
-                                           : TapCost{0.15, 0.05, 0.1};
+  switch (kind) {
+    case DistanceKind::angle:
+      return {4, 0.35, 1};
+    case DistanceKind::euclidean:
+      return {0.5, 0.12, 0.3};
+    case DistanceKind::axis:
+      return {0.8, 0.2, 0.5};
+    case DistanceKind::chebyshev:
+    case DistanceKind::cosine:
+      return {0.3, 0.08, 0.2};
+    default:
+      return {0.15, 0.05, 0.1};
+  }
 }
 constexpr double stbn_cost = 1.2;
 

@@ -160,6 +160,12 @@ std::unique_ptr<SwapDelta> make_double_delta(const Footprint& footprint, const V
       return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel, window);
     case DistanceKind::axis:
       return with_channels<DistanceKind::axis, 3, 4>(footprint, kernel, window);
+    case DistanceKind::manhattan:
+      return with_channels<DistanceKind::manhattan, 2, 8>(footprint, kernel, window);
+    case DistanceKind::chebyshev:
+      return with_channels<DistanceKind::chebyshev, 2, 8>(footprint, kernel, window);
+    case DistanceKind::cosine:
+      return with_channels<DistanceKind::cosine, 2, 4>(footprint, kernel, window);
     case DistanceKind::euclidean:
       break;
   }

@@ -193,6 +193,12 @@ std::unique_ptr<SwapDelta> make(const Footprint& footprint, const ValueKernel& k
       return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel, window, map, sieve);
     case DistanceKind::axis:
       return with_channels<DistanceKind::axis, 3, 4>(footprint, kernel, window, map, sieve);
+    case DistanceKind::manhattan:
+      return with_channels<DistanceKind::manhattan, 2, 8>(footprint, kernel, window, map, sieve);
+    case DistanceKind::chebyshev:
+      return with_channels<DistanceKind::chebyshev, 2, 8>(footprint, kernel, window, map, sieve);
+    case DistanceKind::cosine:
+      return with_channels<DistanceKind::cosine, 2, 4>(footprint, kernel, window, map, sieve);
     case DistanceKind::euclidean:
       break;
   }

@@ -31,6 +31,18 @@ constexpr Word distance_table[] = {
     {"euclidean", "length of the difference", "l2 length"},
     {"angle", "angle between unit vectors (two to four channels)", "sphere angular"},
     {"axis", "its sine, where a vector and its opposite are one (three or four channels)", "quaternion rotation line"},
+    {"manhattan", "sum of the differences of the channels", "l1 taxicab cityblock"},
+    {"chebyshev", "largest difference of a channel", "linf linfinity max maximum"},
+    {"cosine", "1 less the cosine of the angle between unit vectors (two to four channels)", "dot negativedot"},
+};
+
+// In the order of ComparedBy. The last is for spaces of unit vectors alone.
+constexpr Word comparison_table[] = {
+    {"own", "as the space has it"},
+    {"euclidean", "length of the difference", "l2 length"},
+    {"manhattan", "sum of the differences of the channels", "l1 taxicab cityblock"},
+    {"chebyshev", "largest difference of a channel", "linf linfinity max maximum"},
+    {"cosine", "1 less the cosine of the angle", "dot negativedot"},
 };
 
 // In the order of ImageDomain.
@@ -73,7 +85,8 @@ void read_samples(Reader& reader, const Found& found) {
 std::string samples_text(const Writer& writer, const Setting& setting, const Owners& owners) {
   const SampleSpec& samples = owners.get<RunConfig>().problem.samples;
   if (samples.is_file() || samples.is_image()) return writer.inline_table(setting.key, owners, "space");
-  return samples.parameters.empty() ? toml_string(samples.space) : writer.inline_table(setting.key, owners);
+  const bool is_a_word = samples.parameters.empty() && samples.compared_by == ComparedBy::own;
+  return is_a_word ? toml_string(samples.space) : writer.inline_table(setting.key, owners);
 }
 
 // The fields of the parameters by their number: no space has more.
@@ -96,6 +109,26 @@ Setting parameter_row(const SpaceTraits& space, std::size_t index) {
           .range = at_least(parameter.least, parameter.most),
           .unit = parameter.unit,
           .when = {key_of_space, space.name}};
+}
+
+// The spaces of that distance, whose samples may be compared by another one.
+std::string_view spaces_of(DistanceKind distance) {
+  static std::deque<std::string> lists;  // rows hold views
+  std::string& list = lists.emplace_back();
+  for (const SampleSpace* space : sample_spaces()) {
+    if (space->traits().distance == distance) list += (list.empty() ? "" : " ") + space->traits().name;
+  }
+  return list;
+}
+
+Setting comparison_row(DistanceKind own, std::span<const Word> words) {
+  return {.key = "texture.samples.distance",
+          .type = Type::word,
+          .sentence = "How samples are compared, where it is not as the space has it.",
+          .field = [](RunConfig& c) -> Field { return &c.problem.samples.compared_by; },
+          .words = words,
+          .when = {key_of_space, spaces_of(own)},
+          .zero_is_unset = true};
 }
 
 std::vector<Setting> rows_of_samples() {
@@ -127,6 +160,8 @@ std::vector<Setting> rows_of_samples() {
        .field = [](RunConfig& c) -> Field { return &c.problem.samples.distance; },
        .words = distance_table,
        .when = with_list},
+      comparison_row(DistanceKind::euclidean, std::span(comparison_table).first(4)),
+      comparison_row(DistanceKind::angle, comparison_table),
       {.key = "texture.samples.image",
        .type = Type::file,
        .sentence =

@@ -252,9 +252,7 @@ ExportResult export_run_file(const std::string& path, const ExportOptions& optio
   job.extents = plan.extents;
   job.range = plan.range;
   job.samples = config.problem.samples.space;
-  if (const int samples = reader.dataset("/samples"); samples >= 0 && !plan.num_points)
-    job.directions = is_between_unit_vectors(
-        distance_kind(config.problem.samples, content.datasets[static_cast<std::size_t>(samples)].channels));
+  job.directions = reader.dataset("/samples") >= 0 && !plan.num_points && are_unit_vectors(config.problem.samples);
   job.config = content.config;
   job.facts = facts_of(content, config);
   job.unfinished = result.unfinished;

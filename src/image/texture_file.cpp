@@ -211,7 +211,7 @@ TextureFile load_texture(const std::string& path, const std::optional<RunConfig>
   if (!file.config) return file;
   const SampleSpec& samples = file.config->problem.samples;
   check_in_space(file.texture, samples, file.step, path);
-  if (is_between_unit_vectors(distance_kind(samples, file.texture.channels))) normalise_directions(file.texture, path);
+  if (are_unit_vectors(samples)) normalise_directions(file.texture, path);
   return file;
 }
 

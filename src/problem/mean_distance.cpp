@@ -21,7 +21,7 @@ namespace noiseloom {
 
 MeanDistance::MeanDistance(DistanceKind kind, int channels, std::int64_t cells_per_slice, std::int32_t num_slices)
     : kind_(kind), channels_(channels), cells_per_slice_(cells_per_slice), num_slices_(num_slices) {
-  NOISELOOM_CHECK(channels == 1 || !is_one_dimensional(kind));
+  NOISELOOM_CHECK(channels == 1 || (kind != DistanceKind::absolute && kind != DistanceKind::circle));
 }
 
 bool MeanDistance::exact() const { return divide_pairs(kind_, channels_, cells_per_slice_, num_slices_).exact; }

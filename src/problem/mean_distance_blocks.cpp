@@ -1,7 +1,7 @@
 #include "problem/mean_distance_blocks.h"
 
 #include <algorithm>
-#include <iterator>
+#include <cstddef>
 
 #include "problem/compensated_sum.h"
 #include "problem/score_distance.h"
@@ -41,12 +41,14 @@ double sorted_sum(DistanceKind kind, std::span<const double> x) {
   return kind == DistanceKind::circle ? sorted_circle_sum(x) : sorted_absolute_sum(x);
 }
 
+std::span<const double> channel_of(const SampleBlock& block, std::size_t c) {
+  return std::span(block.values).subspan(c * block.size, block.size);
+}
+
 // Samples of b are taken in pieces that stay in the nearest cache.
 constexpr std::size_t piece = 1024;
 
 }  // namespace
-
-bool is_one_dimensional(DistanceKind kind) { return kind == DistanceKind::absolute || kind == DistanceKind::circle; }
 
 SampleBlock make_block(DistanceKind kind, int channels, std::span<const float> samples) {
   const auto count = static_cast<std::size_t>(channels);
@@ -54,12 +56,22 @@ SampleBlock make_block(DistanceKind kind, int channels, std::span<const float> s
   for (std::size_t i = 0; i < block.size; ++i) {
     for (std::size_t c = 0; c < count; ++c) block.values[c * block.size + i] = samples[i * count + c];
   }
-  if (is_one_dimensional(kind)) std::sort(block.values.begin(), block.values.end());
+  if (mean_is_sorted(kind)) sort_channels(channels, block);
   return block;
 }
 
+void sort_channels(int channels, SampleBlock& block) {
+  const auto size = static_cast<std::ptrdiff_t>(block.size);
+  for (int c = 0; c < channels; ++c) std::sort(block.values.begin() + c * size, block.values.begin() + (c + 1) * size);
+}
+
 double self_distance_sum(DistanceKind kind, int channels, const SampleBlock& block) {
-  if (is_one_dimensional(kind)) return sorted_sum(kind, block.values);
+  const auto num_channels = static_cast<std::size_t>(channels);
+  if (mean_is_sorted(kind)) {
+    double total = 0;
+    for (std::size_t c = 0; c < num_channels; ++c) total += sorted_sum(kind, channel_of(block, c));
+    return total;
+  }
   const RunSum sum = sum_to_first(kind);
   const auto at = [&](std::size_t i) { return SampleRun{block.values.data() + i, block.size}; };
   CompensatedSum with_itself;
@@ -68,21 +80,26 @@ double self_distance_sum(DistanceKind kind, int channels, const SampleBlock& blo
     const std::size_t end = std::min(begin + piece, block.size);
     for (std::size_t i = 0; i < end; ++i) {
       const std::size_t first = std::max(begin, i + 1);
-      with_later.add(sum(at(i), at(first), end - std::min(first, end), static_cast<std::size_t>(channels)));
+      with_later.add(sum(at(i), at(first), end - std::min(first, end), num_channels));
     }
   }
   for (std::size_t i = 0; i < block.size; ++i) {
-    with_itself.add(sum(at(i), at(i), 1, static_cast<std::size_t>(channels)));
+    with_itself.add(sum(at(i), at(i), 1, num_channels));
   }
   return with_itself.value() + 2 * with_later.value();
 }
 
 double cross_distance_sum(DistanceKind kind, int channels, const SampleBlock& a, const SampleBlock& b) {
-  if (is_one_dimensional(kind)) {
-    std::vector<double> both;
-    both.reserve(a.size + b.size);
-    std::merge(a.values.begin(), a.values.end(), b.values.begin(), b.values.end(), std::back_inserter(both));
-    return (sorted_sum(kind, both) - sorted_sum(kind, a.values) - sorted_sum(kind, b.values)) / 2;
+  if (mean_is_sorted(kind)) {
+    double total = 0;
+    std::vector<double> both(a.size + b.size);
+    for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c) {
+      const std::span<const double> of_a = channel_of(a, c);
+      const std::span<const double> of_b = channel_of(b, c);
+      std::merge(of_a.begin(), of_a.end(), of_b.begin(), of_b.end(), both.begin());
+      total += (sorted_sum(kind, both) - sorted_sum(kind, of_a) - sorted_sum(kind, of_b)) / 2;
+    }
+    return total;
   }
   const RunSum sum = sum_to_first(kind);
   CompensatedSum total;

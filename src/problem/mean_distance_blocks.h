@@ -1,4 +1,4 @@
-// Distances inside and between blocks of samples: all pairs, by sorting where the space is one-dimensional.
+// Distances inside and between blocks of samples: all pairs, by sorting where distances add up over the channels.
 #pragma once
 
 #include <cstddef>
@@ -9,16 +9,16 @@
 
 namespace noiseloom {
 
-// A block of samples. One-dimensional spaces: ascending. Others: planar, [channel][sample].
+// A block of samples, planar: [channel][sample]. Each channel ascending where mean_is_sorted().
 struct SampleBlock {
   std::size_t size = 0;
   std::vector<double> values;
 };
 
-bool is_one_dimensional(DistanceKind kind);
-
 // From interleaved samples [sample][channel].
 SampleBlock make_block(DistanceKind kind, int channels, std::span<const float> samples);
+// Puts the channels of a block into ascending order, each by itself.
+void sort_channels(int channels, SampleBlock& block);
 
 // Sum over all ordered pairs of one block, a sample with itself included.
 double self_distance_sum(DistanceKind kind, int channels, const SampleBlock& block);

@@ -60,15 +60,20 @@ std::vector<SampleBlock> load_blocks(const Division& division, std::int64_t firs
 }
 
 double sorted_mean(const Division& division, const SliceList& list) {
-  SampleBlock all;
+  const auto channels = static_cast<std::size_t>(division.channels);
+  SampleBlock all{static_cast<std::size_t>(division.cells_per_slice * division.num_slices), {}};
+  all.values.resize(all.size * channels);
+  std::size_t at = 0;
   for (const SliceIndex slice : first_indices<SliceIndex>(division.num_slices)) {
     const std::vector<float> samples = list(slice);
-    all.values.insert(all.values.end(), samples.begin(), samples.end());
+    for (std::size_t i = 0; i < samples.size(); ++i)
+      all.values[i % channels * all.size + at + i / channels] = static_cast<double>(samples[i]);
+    at += samples.size() / channels;
   }
-  std::sort(all.values.begin(), all.values.end());
-  all.size = all.values.size();
+  NOISELOOM_CHECK_EQ(at, all.size);
+  sort_channels(division.channels, all);
   const auto count = static_cast<double>(all.size);
-  return self_distance_sum(division.kind, 1, all) / (count * count);
+  return self_distance_sum(division.kind, division.channels, all) / (count * count);
 }
 
 // A task makes the lists of its slices anew, so it takes whole slices where it can, and large parts of very large ones.
@@ -105,8 +110,8 @@ Division divide_pairs(DistanceKind kind, int channels, std::int64_t cells_per_sl
   Division division{kind, channels, cells_per_slice, num_slices};
   std::int64_t largest = std::min(std::int64_t{4096}, budget.largest_block);  // small: threads share a single slice
   std::int64_t smallest = 1;  // blocks of smaller slices meet more neighbours instead
-  if (is_one_dimensional(kind)) {
-    division.exact = division.sorts_everything = num_samples <= budget.max_sorted_samples;
+  if (mean_is_sorted(kind)) {
+    division.exact = division.sorts_everything = num_samples * channels <= budget.max_sorted_numbers;
     largest = samples_per_task;  // sorting makes large blocks cheap
     smallest = budget.largest_block / 4;
   } else if (num_samples > budget.max_paired_samples) {

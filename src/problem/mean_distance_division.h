@@ -9,8 +9,8 @@
 namespace noiseloom {
 
 struct PairBudget {
-  std::int64_t max_sorted_samples = std::int64_t{1} << 26;  // one-dimensional spaces: exact up to here
-  std::int64_t max_paired_samples = 46340;                  // other spaces: exact up to here (2^31 pairs)
+  std::int64_t max_sorted_numbers = std::int64_t{1} << 26;  // where mean_is_sorted(): exact up to here
+  std::int64_t max_paired_samples = 46340;                  // elsewhere: exact up to here (2^31 pairs)
   std::int64_t pairs_wanted = std::int64_t{1} << 31;        // beyond, between neighbouring blocks
   std::int64_t largest_block = 16384;
   std::int64_t smallest_block = 64;

@@ -30,13 +30,24 @@ template <DistanceKind kind, std::size_t step>
     const double* y = b.values + c * b.stride;
     for (std::size_t i = 0; i < length; ++i) {
       const double difference = x[i * step] - y[i];
-      distances[i] += kind == DistanceKind::angle ? x[i * step] * y[i] : difference * difference;
+      if constexpr (kind == DistanceKind::manhattan) {
+        distances[i] += std::abs(difference);
+      } else if constexpr (kind == DistanceKind::chebyshev) {
+        distances[i] = distances[i] < std::abs(difference) ? std::abs(difference) : distances[i];
+      } else {
+        distances[i] += kind == DistanceKind::angle ? x[i * step] * y[i] : difference * difference;
+      }
     }
     if constexpr (kind == DistanceKind::axis) {
       for (std::size_t i = 0; i < length; ++i) to_opposites[i] += (x[i * step] + y[i]) * (x[i * step] + y[i]);
     }
   }
+  if constexpr (kind == DistanceKind::manhattan || kind == DistanceKind::chebyshev) return;
   for (std::size_t i = 0; i < length; ++i) {
+    if constexpr (kind == DistanceKind::cosine) {
+      distances[i] *= 0.5;
+      continue;
+    }
     if constexpr (kind == DistanceKind::axis) distances[i] *= 0.25 * to_opposites[i];
     distances[i] = kind == DistanceKind::angle ? math::acos(distances[i]) : std::sqrt(distances[i]);
   }
@@ -92,6 +103,12 @@ RunSum run_sum_for(DistanceKind kind, bool portable) {
       return best<DistanceKind::angle, step>(portable);
     case DistanceKind::axis:
       return best<DistanceKind::axis, step>(portable);
+    case DistanceKind::manhattan:
+      return best<DistanceKind::manhattan, step>(portable);
+    case DistanceKind::chebyshev:
+      return best<DistanceKind::chebyshev, step>(portable);
+    case DistanceKind::cosine:
+      return best<DistanceKind::cosine, step>(portable);
   }
   return nullptr;
 }

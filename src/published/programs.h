@@ -1,4 +1,4 @@
-// The programs of published.cpp's table, a file each (stbn.cpp: two).
+// The programs of published.cpp's table, a file each.
 #pragma once
 
 #include <string>

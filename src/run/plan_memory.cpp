@@ -97,9 +97,10 @@ PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, cons
   const double samples = as_double(num_slices) * cells;
   // All samples of the texture in double and the list of a slice; or the blocks of a task, and what a vector that grows
   // keeps in reserve.
-  const bool sorts_all = sizes.scalar && samples <= 0x1p26 && rank.rank == Rank(0);
+  const double numbers = samples * sizes.channels;
+  const bool sorts_all = sizes.sorts_for_mean && numbers <= 0x1p26 && rank.rank == Rank(0);
   const double tasks = std::min<double>(request.threads, std::ceil(as_double(sizes.mean_tasks) / request.ranks));
-  const double mean = sorts_all ? 8 * samples + values : tasks * 2.25 * std::max(values, std::min(samples, 0x1p20) * 4);
+  const double mean = sorts_all ? 8 * numbers + values : tasks * 2.25 * std::max(values, std::min(samples, 0x1p20) * 4);
   const double resumed = held * ids + own * values;
   memory.at_start = std::max({lists, mean, memory.at_score, resumed,
                               tap_bytes_while_built * as_double(scored.num_taps) - memory.texture - memory.halo,

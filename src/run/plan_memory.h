@@ -23,7 +23,7 @@ struct SwapSizes {
   int features = 0;        // the most that the run comes to; 0: slices act through their taps
   int sieve_features = 0;  // that candidates are estimated with; 0: all are judged
   int channels = 1;
-  bool scalar = true;           // the mean distance is found by sorting
+  bool sorts_for_mean = true;   // the mean distance is found by sorting
   std::int64_t mean_tasks = 1;  // that it is shared out in, among ranks and threads
   bool has_pdf = false;
   bool is_given = false;    // the arrangement that the run begins with is kept

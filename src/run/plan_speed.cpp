@@ -48,8 +48,11 @@ SampleSpec stand_in(const SampleSpec& spec, int channels, DistanceKind distance)
   result = SampleSpec{};
   if (distance == DistanceKind::circle) result.space = "circle";
   if (channels > 1) result.space = "vector" + std::to_string(channels);
-  if (distance == DistanceKind::angle && channels == 3) result.space = "sphere";
+  if (is_between_unit_vectors(distance) && channels == 3) result.space = "sphere";
   if (distance == DistanceKind::axis) result.space = channels == 3 ? "axis" : "rotation";
+  if (distance == DistanceKind::manhattan) result.compared_by = ComparedBy::manhattan;
+  if (distance == DistanceKind::chebyshev) result.compared_by = ComparedBy::chebyshev;
+  if (distance == DistanceKind::cosine && channels == 3) result.compared_by = ComparedBy::cosine;
   return result;
 }
 
@@ -197,7 +200,7 @@ double measure_score(const ProblemSpec& problem, int channels, DistanceKind dist
 }
 
 double measure_pairs(const SampleSource& source, int channels, DistanceKind distance) {
-  const bool sorted = distance == DistanceKind::absolute || distance == DistanceKind::circle;
+  const bool sorted = mean_is_sorted(distance);
   const std::int64_t count = sorted ? std::int64_t{1} << 14 : 1024;
   std::vector<float> list(static_cast<std::size_t>(count * channels));
   const std::vector<float> some = source.list(SliceIndex(0));

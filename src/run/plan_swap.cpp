@@ -34,9 +34,15 @@ constexpr double score_shown_share = 0.02;
 
 // What R in float takes of what it takes in double.
 double quick_score(DistanceKind kind) {
-  return kind == DistanceKind::angle                                     ? 0.09
-         : kind == DistanceKind::euclidean || kind == DistanceKind::axis ? 0.24
-                                                                         : 0.33;
+  switch (kind) {
+    case DistanceKind::angle:
+      return 0.09;
+    case DistanceKind::absolute:
+    case DistanceKind::circle:
+      return 0.33;
+    default:
+      return 0.24;
+  }
 }
 
 // What is known of the samples without making them.
@@ -197,7 +203,7 @@ SwapSizes SwapPlan::sizes() const {
           .features = features,
           .sieve_features = with_sieve() ? optimizer_.sieve_features : 0,
           .channels = samples_.channels,
-          .scalar = samples_.distance == DistanceKind::absolute || samples_.distance == DistanceKind::circle,
+          .sorts_for_mean = mean_is_sorted(samples_.distance),
           .mean_tasks =
               MeanDistance(samples_.distance, samples_.channels, extents_.cells_per_slice(), extents_.num_slices())
                   .num_tasks(),
@@ -259,7 +265,7 @@ double SwapPlan::score_seconds() const {
 double SwapPlan::start_seconds() const {
   const auto cells = as_double(extents_.cells_per_slice());
   const MeanDistance mean(samples_.distance, samples_.channels, extents_.cells_per_slice(), extents_.num_slices());
-  const bool sorted = samples_.distance == DistanceKind::absolute || samples_.distance == DistanceKind::circle;
+  const bool sorted = mean_is_sorted(samples_.distance);
   const double samples = cells * extents_.num_slices();
   const double work =
       speed_.pair * (sorted ? samples * std::max(1.0, std::log2(samples) / 14) : as_double(mean.num_pairs()));

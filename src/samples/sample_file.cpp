@@ -84,7 +84,9 @@ class Faults {
   std::vector<Fault> faults_;
 };
 
-const char* name_of(DistanceKind kind) { return kind == DistanceKind::axis ? "axis" : "angle"; }
+const char* name_of(DistanceKind kind) {
+  return kind == DistanceKind::axis ? "axis" : kind == DistanceKind::cosine ? "cosine" : "angle";
+}
 
 void check_distance(DistanceKind distance, std::int64_t channels, const std::string& path) {
   if (channels > 1 && distance == DistanceKind::absolute) {
@@ -136,7 +138,7 @@ void check_values(std::span<const float> values, const Layout& layout, DistanceK
     }
   }
   faults.finish();
-  if (distance == DistanceKind::euclidean && channels > 1 && largest > 0 && largest < smallest_extent) {
+  if (channels > 1 && largest > 0 && largest < smallest_extent) {
     throw UserError(path, fmt::format("no value exceeds {}: too small for distances, which are squared; scale them up",
                                       static_cast<double>(largest)));
   }

@@ -34,6 +34,22 @@ std::uint32_t below(std::uint32_t hi, std::uint32_t lo, std::uint64_t bound) {
   return static_cast<std::uint32_t>((hi * bound + (lo * bound >> 32)) >> 32);
 }
 
+DistanceKind distance_of_space(const SampleSpec& spec) {
+  switch (spec.compared_by) {
+    case ComparedBy::own:
+      break;
+    case ComparedBy::euclidean:
+      return DistanceKind::euclidean;
+    case ComparedBy::manhattan:
+      return DistanceKind::manhattan;
+    case ComparedBy::chebyshev:
+      return DistanceKind::chebyshev;
+    case ComparedBy::cosine:
+      return DistanceKind::cosine;
+  }
+  return space_traits(spec).distance;
+}
+
 }  // namespace
 
 bool has_pdf(const SampleSpec& spec) { return !spec.is_file() && !space_traits(spec).has_constant_density; }
@@ -47,25 +63,49 @@ int num_channels(const SampleSpec& spec, std::int64_t cells_per_slice, std::int3
 }
 
 DistanceKind distance_kind(const SampleSpec& spec, int channels) {
-  if (!spec.is_file()) return space_traits(spec).distance;
-  return spec.distance == DistanceKind::euclidean && channels == 1 ? DistanceKind::absolute : spec.distance;
+  const DistanceKind kind = spec.is_file() ? spec.distance : distance_of_space(spec);
+  const bool is_length =
+      kind == DistanceKind::euclidean || kind == DistanceKind::manhattan || kind == DistanceKind::chebyshev;
+  return is_length && channels == 1 ? DistanceKind::absolute : kind;
+}
+
+bool are_unit_vectors(const SampleSpec& spec) {
+  return is_between_unit_vectors(spec.is_file() ? spec.distance : space_traits(spec).distance);
 }
 
 double distance(DistanceKind kind, int channels, const float* a, const float* b) {
-  if (kind == DistanceKind::absolute || kind == DistanceKind::circle) {
-    const double d = std::fabs(static_cast<double>(*a) - static_cast<double>(*b));
-    return kind == DistanceKind::circle ? std::min(d, 1 - d) : d;
-  }
-  double sum = 0;
+  double differences = 0;
+  double largest = 0;
+  double squares = 0;
+  double product = 0;
   double to_opposite = 0;
   for (int c = 0; c < channels; ++c) {
     const double x = a[c];
     const double y = b[c];
-    sum += kind == DistanceKind::angle ? x * y : (x - y) * (x - y);
+    differences += std::fabs(x - y);
+    largest = std::max(largest, std::fabs(x - y));
+    squares += (x - y) * (x - y);
+    product += x * y;
     to_opposite += (x + y) * (x + y);
   }
-  if (kind == DistanceKind::axis) return 0.5 * std::sqrt(sum * to_opposite);
-  return kind == DistanceKind::angle ? math::acos(sum) : std::sqrt(sum);
+  switch (kind) {
+    case DistanceKind::absolute:
+    case DistanceKind::manhattan:
+      return differences;
+    case DistanceKind::circle:
+      return std::min(differences, 1 - differences);
+    case DistanceKind::euclidean:
+      return std::sqrt(squares);
+    case DistanceKind::angle:
+      return math::acos(product);
+    case DistanceKind::axis:
+      return 0.5 * std::sqrt(squares * to_opposite);
+    case DistanceKind::chebyshev:
+      return largest;
+    case DistanceKind::cosine:
+      return 0.5 * squares;
+  }
+  return 0;
 }
 
 struct SampleSource::Impl {

@@ -97,7 +97,9 @@ TEST(Background, NearsTheExactChangeWithMoreFeatures) {
     const double high = relative_error(space, ValueKernelKind::distance, 32);
     EXPECT_LT(high, space.channels <= 4 ? 0.25 : 0.45) << space.name;
     if (space.channels <= 4) {
-      EXPECT_LT(high, 0.9 * low) << space.name;
+      // Of 1 - a b the vector itself is all that there is to know.
+      const bool is_exact = space.distance == DistanceKind::cosine;
+      EXPECT_LT(high, is_exact ? 1e-6 : 0.9 * low) << space.name;
     }
   }
 }

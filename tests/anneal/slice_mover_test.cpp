@@ -162,7 +162,7 @@ TEST(PartnerDraw, DrawsBetweenNearAndFar) {
 // Steps shrink as it cools: none of a range ever grows, and the far end stays where partner() can mirror it.
 TEST(SwapChoices, StepsShrinkWithTheTemperature) {
   for (const DistanceKind kind : {DistanceKind::absolute, DistanceKind::circle, DistanceKind::euclidean,
-                                  DistanceKind::angle, DistanceKind::axis}) {
+                                  DistanceKind::angle, DistanceKind::axis, DistanceKind::manhattan}) {
     for (const int channels : {1, 2, 3, 4}) {
       StepRange before = step_range(kind, channels, 0);
       EXPECT_EQ(before.far, 2);

@@ -25,13 +25,16 @@ struct Space {
 };
 
 inline std::vector<Space> all_spaces() {
-  return {{"scalar", DistanceKind::absolute, 1},   {"circle", DistanceKind::circle, 1},
-          {"vector1", DistanceKind::euclidean, 1}, {"vector2", DistanceKind::euclidean, 2},
-          {"vector3", DistanceKind::euclidean, 3}, {"vector4", DistanceKind::euclidean, 4},
-          {"vector5", DistanceKind::euclidean, 5}, {"vector8", DistanceKind::euclidean, 8},
-          {"direction2", DistanceKind::angle, 2},  {"sphere", DistanceKind::angle, 3},
-          {"direction4", DistanceKind::angle, 4},  {"axis", DistanceKind::axis, 3},
-          {"rotation", DistanceKind::axis, 4}};
+  return {{"scalar", DistanceKind::absolute, 1},      {"circle", DistanceKind::circle, 1},
+          {"vector1", DistanceKind::euclidean, 1},    {"vector2", DistanceKind::euclidean, 2},
+          {"vector3", DistanceKind::euclidean, 3},    {"vector4", DistanceKind::euclidean, 4},
+          {"vector5", DistanceKind::euclidean, 5},    {"vector8", DistanceKind::euclidean, 8},
+          {"direction2", DistanceKind::angle, 2},     {"sphere", DistanceKind::angle, 3},
+          {"direction4", DistanceKind::angle, 4},     {"axis", DistanceKind::axis, 3},
+          {"rotation", DistanceKind::axis, 4},        {"manhattan2", DistanceKind::manhattan, 2},
+          {"manhattan7", DistanceKind::manhattan, 7}, {"chebyshev2", DistanceKind::chebyshev, 2},
+          {"chebyshev3", DistanceKind::chebyshev, 3}, {"cosine2", DistanceKind::cosine, 2},
+          {"cosine3", DistanceKind::cosine, 3}};
 }
 
 inline ValueKernel kernel_of(const Space& space, ValueKernelKind kind, int num_axes) {
@@ -43,15 +46,22 @@ inline double oracle_kernel(const ValueKernel& kernel, const float* a, const flo
   double dot = 0;
   double square = 0;
   double to_opposite = 0;
+  double sum = 0;
+  double largest = 0;
   for (int c = 0; c < kernel.channels; ++c) {
     dot += double{a[c]} * double{b[c]};
     square += (double{a[c]} - double{b[c]}) * (double{a[c]} - double{b[c]});
     to_opposite += (double{a[c]} + double{b[c]}) * (double{a[c]} + double{b[c]});
+    sum += std::abs(double{a[c]} - double{b[c]});
+    largest = std::max(largest, std::abs(double{a[c]} - double{b[c]}));
   }
   double d = std::sqrt(square);
   if (kernel.distance == DistanceKind::circle) d = std::min(d, 1 - d);
   if (kernel.distance == DistanceKind::axis) d *= std::sqrt(to_opposite) / 2;
   if (kernel.distance == DistanceKind::angle) d = std::acos(std::clamp(dot, -1.0, 1.0));
+  if (kernel.distance == DistanceKind::cosine) d = square / 2;  // 1 - dot, but for lengths rounded to float
+  if (kernel.distance == DistanceKind::manhattan) d = sum;
+  if (kernel.distance == DistanceKind::chebyshev) d = largest;
   return kernel.kind == ValueKernelKind::distance ? -d
                                                   : std::exp(-std::pow(d, kernel.exponent) * kernel.inverse_sigma_s2);
 }

@@ -86,7 +86,7 @@ TEST(ConfigSamples, FaultsNameTheKeyAndWhatItBelongsTo) {
   const auto fault = [](const std::string& samples) { return faults_of(with_samples(samples)); };
   EXPECT_THAT(fault("{ space = \"cone\", angel = 3 }"),
               ElementsAre("run.toml:3: texture.samples.angel: unknown key; did you mean \"angle\"? accepted: space, "
-                          "angle"));
+                          "distance, angle"));
   EXPECT_THAT(fault("{ space = \"coone\", angle = 3 }"),
               ElementsAre(StartsWith("run.toml:3: texture.samples.space = \"coone\": unknown space; did you mean "
                                      "\"cone\"? accepted: uniform, ")));

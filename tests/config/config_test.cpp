@@ -35,6 +35,7 @@ void expect_equal(const RunConfig& a, const RunConfig& b) {
   EXPECT_EQ(a.problem.samples.channels, b.problem.samples.channels);
   EXPECT_EQ(a.problem.samples.file, b.problem.samples.file);
   EXPECT_EQ(a.problem.samples.distance, b.problem.samples.distance);
+  EXPECT_EQ(a.problem.samples.compared_by, b.problem.samples.compared_by);
   EXPECT_EQ(a.problem.seed, b.problem.seed);
   EXPECT_EQ(a.problem.filter.combine, b.problem.filter.combine);
   ASSERT_EQ(a.problem.filter.groups.size(), b.problem.filter.groups.size());
@@ -332,6 +333,34 @@ TEST(Config, StopRuleOfAnOverrideReplacesThatOfTheFile) {
   EXPECT_EQ(parsed(ConfigText{}.text(), {"optimizer.stop.iterations=3"}).optimizer.stop.iterations, 3);
   EXPECT_THAT(faults_of(ConfigText{}.text(), {"optimizer.stop.time=1h", "optimizer.stop.score=0.5"}),
               ElementsAre(HasSubstr("must have exactly one of")));
+}
+
+TEST(Config, SamplesOfASpaceMayBeComparedByAnotherDistance) {
+  const auto samples = [](const std::string& value) {
+    ConfigText text;
+    text.samples = "samples = " + value;
+    return text.text();
+  };
+  const std::string manhattan = "{ space = \"vector2\", distance = \"manhattan\" }";
+  const RunConfig config = parsed(samples(manhattan));
+  EXPECT_EQ(config.problem.samples.compared_by, ComparedBy::manhattan);
+  EXPECT_THAT(to_toml(config), HasSubstr("samples = " + manhattan));
+  expect_round_trip(config, "");
+  EXPECT_THAT(to_toml(parsed(samples("{ space = \"ring\", inner = 0.25, distance = \"chebyshev\" }"))),
+              HasSubstr("samples = { space = \"ring\", distance = \"chebyshev\", inner = 0.25 }"));
+  EXPECT_THAT(to_toml(parsed(samples("{ space = \"vector2\", distance = \"own\" }"))),
+              HasSubstr("samples = \"vector2\""));
+  // Another space is compared by its own distance again.
+  EXPECT_EQ(parsed(samples(manhattan), {"texture.samples=sphere"}).problem.samples.compared_by, ComparedBy::own);
+  EXPECT_EQ(parsed(samples("\"sphere\""), {"texture.samples.distance=cosine"}).problem.samples.compared_by,
+            ComparedBy::cosine);
+  EXPECT_THAT(faults_of(samples("{ space = \"vector2\", distance = \"L1\" }")),
+              ElementsAre(HasSubstr("did you mean \"manhattan\"?")));
+  EXPECT_THAT(faults_of(samples("{ space = \"vector2\", distance = \"cosine\" }")),
+              ElementsAre(HasSubstr("accepted: own, euclidean, manhattan, chebyshev")));
+  for (const char* space : {"uniform", "circle", "rotation", "axis"})
+    EXPECT_THAT(faults_of(samples(std::string("{ space = \"") + space + "\", distance = \"manhattan\" }")),
+                ElementsAre(HasSubstr("applies only with space = ")));
 }
 
 TEST(Config, FileNamesAreOpenedFromTheFolderOfTheConfigAndStoredAsWritten) {

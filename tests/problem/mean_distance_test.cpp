@@ -50,6 +50,17 @@ TEST(MeanDistance, EqualsAllPairs) {
       const double expected = by_all_pairs(texture);
       EXPECT_NEAR(computed(texture, 2), expected, 1e-13 * expected);
     }
+    for (const int channels : {2, 5}) {
+      const Texture sums = oracle::random_texture(extents, DistanceKind::manhattan, channels, 7);
+      const double of_sums = by_all_pairs(sums);
+      EXPECT_NEAR(computed(sums, 2), of_sums, 1e-13 * of_sums);
+      const Texture largest = oracle::random_texture(extents, DistanceKind::chebyshev, channels, 7);
+      const double of_largest = by_all_pairs(largest);
+      EXPECT_NEAR(computed(largest, 2), of_largest, 1e-13 * of_largest);
+    }
+    const Texture directions = oracle::random_texture(extents, DistanceKind::cosine, 3, 7);
+    // Vectors of float are not quite of length 1: half the square of a chord is 1 - cos to 1e-7 of a length.
+    EXPECT_NEAR(computed(directions, 2), by_all_pairs(directions), 2e-7);
     const Texture texture = oracle::random_texture(extents, DistanceKind::angle, 3, 7);
     // The angle between a sample and itself is the root of a rounding error: up to 1e-4 off where there is little else.
     const double expected = by_all_pairs(texture);
@@ -168,10 +179,11 @@ TEST(MeanDistance, FromBlocksOfStratifiedListsIsFarMoreExact) {
 
 TEST(MeanDistance, FromSortedBlocksCoversTexturesTooLargeToSort) {
   PairBudget budget;
-  budget.max_sorted_samples = 1000;
-  for (const DistanceKind kind : {DistanceKind::absolute, DistanceKind::circle}) {
-    const Texture texture = oracle::random_texture(Extents({61, 1, 151}), kind, 1, 3);
-    const Division division = divide_pairs(kind, 1, 61, 151, budget);
+  budget.max_sorted_numbers = 1000;
+  for (const DistanceKind kind : {DistanceKind::absolute, DistanceKind::circle, DistanceKind::manhattan}) {
+    const int channels = kind == DistanceKind::manhattan ? 3 : 1;
+    const Texture texture = oracle::random_texture(Extents({61, 1, 151}), kind, channels, 3);
+    const Division division = divide_pairs(kind, channels, 61, 151, budget);
     EXPECT_FALSE(division.exact);
     EXPECT_EQ(division.neighbours, 4096 / 61);
     const auto list = [&](SliceIndex slice) { return texture.list(slice); };
@@ -183,6 +195,8 @@ TEST(MeanDistance, KnowsWhereItIsExactWithoutAllocating) {
   const std::int64_t huge = std::int64_t{1} << 32;
   EXPECT_TRUE(MeanDistance(DistanceKind::absolute, 1, 1 << 20, 64).exact());
   EXPECT_FALSE(MeanDistance(DistanceKind::circle, 1, 1 << 20, 65).exact());
+  EXPECT_TRUE(MeanDistance(DistanceKind::manhattan, 2, 1 << 19, 64).exact());
+  EXPECT_FALSE(MeanDistance(DistanceKind::manhattan, 3, 1 << 19, 64).exact());
   EXPECT_TRUE(MeanDistance(DistanceKind::angle, 3, 1 << 14, 2).exact());
   EXPECT_FALSE(MeanDistance(DistanceKind::angle, 3, 1 << 14, 3).exact());
   const MeanDistance largest(DistanceKind::euclidean, 2, huge, 1024);

@@ -23,6 +23,30 @@ TEST(Distance, EqualsItsFormulaInEverySpace) {
   const std::array<float, 3> diagonal = {0.6F, 0.8F, 0};
   EXPECT_NEAR(distance(DistanceKind::angle, 3, x.data(), diagonal.data()), std::acos(0.6), 1e-7);
   EXPECT_EQ(distance(DistanceKind::absolute, 1, b.data(), a.data()), 0.75);
+  EXPECT_EQ(distance(DistanceKind::manhattan, 3, a.data(), b.data()), 1.5);
+  EXPECT_EQ(distance(DistanceKind::chebyshev, 3, a.data(), b.data()), 0.75);
+  EXPECT_NEAR(distance(DistanceKind::cosine, 3, x.data(), diagonal.data()), 1 - 0.6, 1e-7);
+  EXPECT_EQ(distance(DistanceKind::cosine, 3, diagonal.data(), diagonal.data()), 0);
+}
+
+TEST(Distance, OfASpaceIsItsOwnUnlessTheSpecNamesAnother) {
+  SampleSpec spec;
+  spec.space = "sphere";
+  EXPECT_EQ(distance_kind(spec, 3), DistanceKind::angle);
+  for (const auto& [word, kind] : {std::pair{ComparedBy::euclidean, DistanceKind::euclidean},
+                                   {ComparedBy::manhattan, DistanceKind::manhattan},
+                                   {ComparedBy::chebyshev, DistanceKind::chebyshev},
+                                   {ComparedBy::cosine, DistanceKind::cosine}}) {
+    spec.compared_by = word;
+    EXPECT_EQ(distance_kind(spec, 3), kind);
+    EXPECT_TRUE(are_unit_vectors(spec));  // and so they are decoded from images as such
+  }
+  SampleSpec file;
+  file.space = "file";
+  file.distance = DistanceKind::chebyshev;
+  EXPECT_EQ(distance_kind(file, 1), DistanceKind::absolute);
+  EXPECT_EQ(distance_kind(file, 2), DistanceKind::chebyshev);
+  EXPECT_FALSE(are_unit_vectors(file));
 }
 
 TEST(Distance, EqualAndAntipodalSamplesOnTheSphereAreFiniteAndExact) {

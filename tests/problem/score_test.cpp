@@ -24,8 +24,10 @@ struct Space {
   int channels;
 };
 const std::vector<Space> spaces = {
-    {DistanceKind::absolute, 1},  {DistanceKind::circle, 1}, {DistanceKind::euclidean, 2}, {DistanceKind::euclidean, 3},
-    {DistanceKind::euclidean, 5}, {DistanceKind::angle, 3},  {DistanceKind::axis, 3},      {DistanceKind::axis, 4}};
+    {DistanceKind::absolute, 1},  {DistanceKind::circle, 1},    {DistanceKind::euclidean, 2},
+    {DistanceKind::euclidean, 3}, {DistanceKind::euclidean, 5}, {DistanceKind::angle, 3},
+    {DistanceKind::axis, 3},      {DistanceKind::axis, 4},      {DistanceKind::manhattan, 2},
+    {DistanceKind::manhattan, 5}, {DistanceKind::chebyshev, 3}};
 
 std::vector<double> slice_sums(const Footprint& footprint, const Texture& texture, PairEnds ends = PairEnds::both) {
   std::vector<double> sums;
@@ -205,8 +207,9 @@ TEST(Score, OfTwoValuesInCheckerboardVanishesUnderTwoTapBox) {
 TEST(Score, HasTheSameBitsForAnyVectorWidth) {
   const Texture texture = oracle::random_texture(Extents({509, 3}), DistanceKind::angle, 3, 2);
   std::vector<double> values(texture.values.begin(), texture.values.end());
-  for (const DistanceKind kind : {DistanceKind::absolute, DistanceKind::circle, DistanceKind::euclidean,
-                                  DistanceKind::angle, DistanceKind::axis}) {
+  for (const DistanceKind kind :
+       {DistanceKind::absolute, DistanceKind::circle, DistanceKind::euclidean, DistanceKind::angle, DistanceKind::axis,
+        DistanceKind::manhattan, DistanceKind::chebyshev, DistanceKind::cosine}) {
     const SampleRun a{values.data(), 1527};
     for (const std::size_t count : {0U, 1U, 7U, 8U, 127U, 128U, 129U, 1018U}) {
       EXPECT_EQ(sum_of_pairs(kind)(a, a.from(509), count, 3), sum_of_pairs(kind, true)(a, a.from(509), count, 3));

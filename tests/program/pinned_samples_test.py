@@ -119,6 +119,22 @@ CONFIGS = {
     "rotation, double precision":
         'texture.size = { x = 12, y = 13, t = 3 }\ntexture.samples = "rotation"\n' + BOX_EMA +
         'optimizer.precision = "double"\n' + ANNEAL,
+    # Other distances.
+    "vector2, sum of differences, stbn, sum of two groups":
+        'texture.size = { x = 16, y = 16, t = 7 }\ntexture.samples = { space = "vector2", distance = "manhattan" }\n'
+        'filter.combine = "sum"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss-energy", sigma = 1.9 },\n'
+        '                 { axes = "t", kernel = "gauss-energy", sigma = 1.9 }]\n'
+        'energy.value_kernel = "stbn"\n' + ANNEAL,
+    "vector3, largest difference, product over a deep axis":
+        'texture.size = { x = 13, y = 11, t = 16 }\n'
+        'texture.samples = { space = "vector3", distance = "chebyshev" }\n' + BOX_EMA + ANNEAL,
+    "sphere, cosine, product over a deep axis":
+        'texture.size = { x = 13, y = 11, t = 16 }\ntexture.samples = { space = "sphere", distance = "cosine" }\n' +
+        BOX_EMA + ANNEAL,
+    "vector2, sum of differences, double precision":
+        'texture.size = { x = 12, y = 13, t = 3 }\ntexture.samples = { space = "vector2", distance = "manhattan" }\n' +
+        BOX_EMA + 'optimizer.precision = "double"\n' + ANNEAL,
     # The user's own samples.
     "list of scalars, table of one dimension":
         'texture.size = { x = 8, y = 5, t = 3 }\ntexture.samples = { file = "scalars.npy", distance = "absolute" }\n'
@@ -273,6 +289,10 @@ CHECKSUMS = {
     "axis, product over a deep axis": ("4f55f1f62415e32e",),
     "rotation, stbn": ("93a620a20b574b7e",),
     "rotation, double precision": ("961efadbdb2973c4",),
+    "vector2, sum of differences, stbn, sum of two groups": ("5031763001057a5c",),
+    "vector3, largest difference, product over a deep axis": ("7c351ba30a77465b",),
+    "sphere, cosine, product over a deep axis": ("7ecb6f31e71bf50b",),
+    "vector2, sum of differences, double precision": ("a247fbb1e7feb7c6",),
     "list of scalars, table of one dimension": ("f17f40a318d869a6",),
     "list on the circle": ("365f4960eee1b805",),
     "list of unit vectors": ("60a4d4c94ac5d292",),

@@ -31,6 +31,8 @@ value_kernel = "stbn"
 stop = { iterations = 12 }
 """
 
+DIFFERENCES = PRODUCT.replace('"hemisphere-cosine"', '{ space = "vector2", distance = "manhattan" }')
+
 # Wide enough for tiles.
 TILES = """
 [texture]
@@ -66,7 +68,7 @@ class SameBytes(ProgramTest):
         return self.samples_checksum("run.h5")
 
     def test_ranks_threads_and_processors(self):
-        for name, text in (("product", PRODUCT), ("sum", SUM), ("tiles", TILES), ("fast", FAST),
+        for name, text in (("product", PRODUCT), ("sum", SUM), ("differences", DIFFERENCES), ("tiles", TILES), ("fast", FAST),
                            ("void and cluster", VOID_AND_CLUSTER), ("construct", CONSTRUCT)):
             with self.subTest(name):
                 config = self.write(name.replace(" ", "-") + ".toml", text)

@@ -11,8 +11,10 @@
 
 #include "noiseloom/config/config.h"
 #include "noiseloom/core/index.h"
+#include "noiseloom/problem/value_kernel.h"
 #include "noiseloom/published/line.h"
 #include "noiseloom/run/generate.h"
+#include "noiseloom/samples/sample_space.h"
 #include "support/mpi_session.h"
 #include "support/sample_run_file.h"
 #include "support/sanitizers.h"
@@ -220,12 +222,8 @@ TEST(PublishedLines, BlueNoiseOfVectors) {
   const RunConfig config = meaning(line);
   EXPECT_EQ(config.problem.samples.space, "vector2");
   EXPECT_EQ(config.optimizer.stop.iterations, 2097);
-  EXPECT_NEAR(config.problem.filter.groups[0].kernel.sigma, 1.9 / std::sqrt(2.0), 1e-12);
-  EXPECT_THAT(line.notes, ElementsAre(HasSubstr("L1, the default: samples are compared by their Euclidean distance")));
+  EXPECT_EQ(config.problem.filter.groups[0].kernel.sigma, 1.9);
   EXPECT_EQ(published_files(line, 0).front(), "out/VectorSTBN_128x128x64_128x128x64_0.png");
-  EXPECT_THAT(read_line("stbn-vector", "-d L2").notes, testing::IsEmpty());
-  EXPECT_EQ(meaning(read_line("stbn-vector", "-t Float3 -g Unit -d NegativeDot")).problem.samples.space, "sphere");
-  EXPECT_THAT(read_line("stbn-vector", "-t Float3 -g Unit -d NegativeDot").notes, testing::IsEmpty());
   EXPECT_EQ(meaning(read_line("stbn-vector", "-t Float")).problem.samples.space, "uniform");
   const PublishedLine unit = read_line("stbn-vector", "-g Unit -x 8 -y 4 -z 2");
   ASSERT_EQ(unit.inputs.size(), 1U);
@@ -236,6 +234,64 @@ TEST(PublishedLines, BlueNoiseOfVectors) {
   EXPECT_THAT(read_line("stbn-vector", "-g Unit -x 2 -y 1 -z 2").inputs[0].values(), ElementsAre(0, 1, 0, -1));
   // Made when they are written, and not before anybody has looked at the size.
   EXPECT_NO_THROW(read_line("stbn-vector", "-x 1048576 -y 1048576 -g Unit"));
+}
+
+TEST(PublishedLines, VectorsAreComparedByTheDistanceOfTheLine) {
+  struct Case {
+    const char* line;
+    DistanceKind distance;
+    int channels;
+  };
+  for (const Case& c :
+       {Case{"", DistanceKind::manhattan, 2}, Case{"-d L2", DistanceKind::euclidean, 2},
+        Case{"-d LInfinity", DistanceKind::chebyshev, 2}, Case{"-t Float3", DistanceKind::manhattan, 3},
+        Case{"-t Float3 -d L2", DistanceKind::euclidean, 3}, Case{"-t Float3 -g Unit", DistanceKind::manhattan, 3},
+        Case{"-t Float3 -g Unit -d L2", DistanceKind::euclidean, 3},
+        Case{"-t Float3 -g Unit -d LInfinity", DistanceKind::chebyshev, 3},
+        Case{"-t Float3 -g Unit -d NegativeDot", DistanceKind::cosine, 3}, Case{"-g Unit", DistanceKind::manhattan, 2},
+        Case{"-g Unit -d L2", DistanceKind::euclidean, 2}, Case{"-g Unit -d LInfinity", DistanceKind::chebyshev, 2},
+        Case{"-t Float -d Abs", DistanceKind::absolute, 1}}) {
+    const PublishedLine line = read_line("stbn-vector", c.line);
+    EXPECT_EQ(distance_kind(meaning(line).problem.samples, c.channels), c.distance) << c.line;
+    EXPECT_THAT(line.notes, testing::IsEmpty()) << c.line;
+  }
+  EXPECT_THAT(read_line("stbn-vector", "-t Float3 -d NegativeDot").notes,
+              ElementsAre(HasSubstr("compared by their Euclidean distance")));
+  EXPECT_THAT(read_line("stbn-vector", "--coolingFactor 0.1").notes, ElementsAre(HasSubstr("0.1 N^2")));
+}
+
+// In the published program a pair of pixels counts k(dx) k(dy) in a plane and k(dz) along the slices, where k is a
+// Gaussian over the sum of one half of it; and samples count exp(-d^(D/3) / (2 S^2)), of points between -1 and 1.
+TEST(PublishedLines, VectorsHaveTheKernelsOfThePublishedProgram) {
+  for (const auto& [text, channels, unit] :
+       {std::tuple("-x 64 -y 32 -z 8 --energySigma 1.7 --valueSigma 0.8", 2, false),
+        std::tuple("-z 1 -t Float3 --valueSigma 1.3", 3, false), std::tuple("-t Float", 1, false),
+        std::tuple("-t Float3 -g Unit --valueSigma 0.9", 3, true)}) {
+    SCOPED_TRACE(text);
+    const RunConfig config = meaning(read_line("stbn-vector", text));
+    const ProblemSpec& problem = config.problem;
+    ASSERT_EQ(problem.extents.num_axes(), 3);
+    const double asked = std::string(text).find("0.8") != std::string::npos   ? 0.8
+                         : std::string(text).find("1.3") != std::string::npos ? 1.3
+                         : unit                                               ? 0.9
+                                                                              : 1;
+    const ValueKernel kernel = make_value_kernel(problem, channels, distance_kind(problem.samples, channels));
+    const std::vector<float> a = {0, 0, 1};
+    const std::vector<float> b = {0, 1, 0};
+    const double d = distance(kernel.distance, channels, a.data(), b.data()) * (unit ? 1 : 2);
+    EXPECT_NEAR(kernel(a.data(), b.data()), std::exp(-std::pow(d, channels / 3.0) / (2 * asked * asked)), 1e-12);
+    if (problem.extents.num_slices() == 1) continue;
+    const double sigma = problem.filter.groups[0].kernel.sigma;
+    const auto k = [&](int axis, double at) {
+      double sum = 1;
+      const auto reach = static_cast<std::int64_t>(3.2552 * sigma);
+      for (std::int64_t i = 1; i <= std::min<std::int64_t>(reach, problem.extents.size(axis) / 2); ++i)
+        sum += std::exp(-static_cast<double>(i * i) / (2 * sigma * sigma));
+      return std::exp(-at * at / (2 * sigma * sigma)) / sum;
+    };
+    const double found = problem.filter.groups[1].weight / problem.filter.groups[0].weight;
+    EXPECT_NEAR(found / (k(2, 0) / (k(0, 0) * k(1, 0))), 1, 1e-3);
+  }
 }
 
 }  // namespace

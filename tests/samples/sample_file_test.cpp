@@ -264,6 +264,10 @@ TEST_F(SampleFileTest, ChecksWhatTheDistanceNeeds) {
   EXPECT_THAT(fault({2, 3}, {1, 0, 0, 0, 0, 0}, 2, 1, DistanceKind::angle), HasSubstr("sample 1 has length 0"));
   EXPECT_EQ(source({2, 3}, {1, 0, 0, 0, 0, 1.0009F}, 2, 1, DistanceKind::angle).distance(), DistanceKind::angle);
   EXPECT_EQ(source({2}, {0, 0.75F}, 2, 1, DistanceKind::circle).distance(), DistanceKind::circle);
+  EXPECT_EQ(source({2}, {0, 0.75F}, 2, 1, DistanceKind::manhattan).distance(), DistanceKind::absolute);
+  EXPECT_EQ(source({2, 2}, {0, 7, 0, 9}, 2, 1, DistanceKind::manhattan).distance(), DistanceKind::manhattan);
+  EXPECT_THAT(fault({2, 2}, {1, 0, 0, 1.5F}, 2, 1, DistanceKind::cosine), HasSubstr("needs length 1"));
+  EXPECT_THAT(fault({2}, {1, 1}, 2, 1, DistanceKind::cosine), HasSubstr("the distance \"cosine\" is for 2 to 4"));
   EXPECT_THAT(fault({2}, {1, 1}, 2, 1, DistanceKind::angle), HasSubstr("1 channel, but"));
   EXPECT_THAT(fault({2, 3}, {1, 0, 0, 0, 0, 1}, 2, 1, DistanceKind::circle), HasSubstr("3 channels, but"));
   EXPECT_THAT(fault({2, 3}, {1, 0, 0, 0, 0, 1}, 2, 1, DistanceKind::absolute), HasSubstr("3 channels, but"));

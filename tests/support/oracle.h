@@ -282,7 +282,7 @@ inline void Texture::swap(std::size_t a, std::size_t b) {
   }
 }
 
-// Uniform in [0, 1)^channels; angle: uniform directions.
+// Uniform in [0, 1)^channels; between unit vectors: uniform directions.
 inline Texture random_texture(const Extents& extents, DistanceKind distance, int channels, std::uint64_t seed) {
   Texture texture{extents, channels, distance, {}};
   const auto num_cells = static_cast<std::size_t>(extents.num_cells());
@@ -322,6 +322,16 @@ inline double distance(DistanceKind kind, const std::vector<double>& a, const st
       for (std::size_t j = 0; j < a.size(); ++j) squares += std::pow(a[i] * a[j] - b[i] * b[j], 2);
     }
     return std::sqrt(squares / 2);
+  }
+  if (kind == DistanceKind::cosine) return 1 - sum;
+  if (kind == DistanceKind::manhattan || kind == DistanceKind::chebyshev) {
+    double total = 0;
+    double largest = 0;
+    for (std::size_t c = 0; c < a.size(); ++c) {
+      total += std::fabs(a[c] - b[c]);
+      largest = std::fmax(largest, std::fabs(a[c] - b[c]));
+    }
+    return kind == DistanceKind::manhattan ? total : largest;
   }
   if (kind == DistanceKind::angle) return std::acos(std::fmin(1, std::fmax(-1, sum)));
   if (kind == DistanceKind::circle) return std::fmin(std::fabs(a[0] - b[0]), 1 - std::fabs(a[0] - b[0]));

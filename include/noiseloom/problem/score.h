@@ -33,8 +33,13 @@ enum class PairEnds {
 double weighted_distance_sum(const Footprint& footprint, DistanceKind kind, int channels, SliceIndex slice,
                              const SliceValues& values, PairEnds ends = PairEnds::both);
 
+// Whether m is found by sorting each channel, as a sum over the channels: of scalars, circles and sums of differences.
+constexpr bool mean_is_sorted(DistanceKind kind) {
+  return kind == DistanceKind::absolute || kind == DistanceKind::circle || kind == DistanceKind::manhattan;
+}
+
 // m, split into tasks so that ranks and threads can share them: m is the sum of what the tasks return, added up in
-// order by combine(). Exact (all n^2 pairs) for scalars and circles up to 2^26 cells, and for other spaces up to 2^31
+// order by combine(). Exact (all n^2 pairs) by sorting up to 2^26 numbers, and for other distances up to 2^31
 // pairs; beyond, exact in first order, from all pairs inside blocks and between neighbouring blocks of a random
 // division of each slice (error stated in mean_distance.cpp).
 class MeanDistance {

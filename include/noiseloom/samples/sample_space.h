@@ -19,15 +19,18 @@ namespace noiseloom {
 bool has_pdf(const SampleSpec& spec);
 // Of one sample. file: what the spec says; what the file holds is SampleSource::channels().
 int num_channels(const SampleSpec& spec);
-// Of samples of `channels` numbers. file: what the spec says, save that lengths of one number are `absolute`.
+// Of samples of `channels` numbers: what the spec says, save that lengths of one number are `absolute`.
 DistanceKind distance_kind(const SampleSpec& spec, int channels);
+// Whether samples are unit vectors, however they are compared.
+bool are_unit_vectors(const SampleSpec& spec);
 
 // Of a texture of those slices. file: what its contents say, or its header where they are not at hand; throws UserError
 // for a shape that fits no such texture.
 int num_channels(const SampleSpec& spec, std::int64_t cells_per_slice, std::int32_t num_slices);
 
 // Distance in double. a, b: `channels` values each. circle: circumference 1. angle: radians, cosine clamped to [-1, 1];
-// unit vectors in float have lengths off by up to 1e-7, so equal samples may be 5e-4 apart. axis: see DistanceKind.
+// unit vectors in float have lengths off by up to 1e-7, so equal samples may be 5e-4 apart. axis and cosine: from
+// chords; see DistanceKind.
 double distance(DistanceKind kind, int channels, const float* a, const float* b);
 
 // The lists of every slice of one texture. Pure: list(slice) is a function of (spec, cells_per_slice, seed, slice).
@@ -35,7 +38,7 @@ double distance(DistanceKind kind, int channels, const float* a, const float* b)
 // Samples of a file: float32 values are kept bit for bit, others are rounded to float32; strata are places in an order
 // of the list (scalars: ascending; vectors: halved at the median of the widest channel, recursively). Values must be
 // finite as float32, no denormals and within 1e18; points of several channels not all within 1e-18. distance =
-// circle: in [0, 1); angle and axis: lengths within 1e-3 of 1.
+// circle: in [0, 1); angle, axis and cosine: lengths within 1e-3 of 1.
 class SampleSource {
  public:
   // Reads and checks a user's file; UserError naming the shapes that are accepted, or slice, sample and channel of the
@@ -46,7 +49,7 @@ class SampleSource {
 
   bool is_file() const;
   int channels() const;
-  // A file's Euclidean distance of one channel is `absolute`.
+  // As distance_kind().
   DistanceKind distance() const;
   std::int64_t cells_per_slice() const;
   std::int32_t num_slices() const;
