@@ -79,6 +79,23 @@ TEST(SamplerKeys, ErrorsHaveLittleOfLowFrequenciesAfterEveryPowerOfTwo) {
   }
 }
 
+// Keys are chosen for so many points and every power of two below: beyond, errors are as white as before.
+TEST(SamplerKeys, BeyondTheirPointsErrorsAreWhite) {
+  const SamplerTables tables = few_keys(1);
+  const SamplerTables scattered = scattered_keys(tables);
+  const auto ratio = [&](std::size_t points) {
+    const auto error = [&](const SamplerTables& of) {
+      return smoothed_error(of, points, 0.5, [](const SamplerTables& t, auto x, auto y, auto i) {
+        return static_cast<double>(t.value(x, y, i, 0));
+      });
+    };
+    return error(tables) / error(scattered);
+  };
+  EXPECT_LT(ratio(1), 0.4);
+  EXPECT_LT(ratio(2), 0.4);
+  for (const std::size_t points : {8UL, 64UL}) EXPECT_NEAR(ratio(points), 1, 0.1) << points;
+}
+
 TEST(SamplerKeys, EveryPixelHasANetAndTheTileAllValues) {
   const SamplerTables tables = few_keys(2);
   for (const std::size_t cell : {0UL, 1000UL, 16383UL})

@@ -69,6 +69,29 @@ TEST(Seeds, ErrorsBecomeThoseOfTheMask) {
   EXPECT_NEAR(result.rmse(0, 2, 0, 2).mean / result.rmse(0, 2, 0, 0).mean, 1, 1e-6);
 }
 
+// Blocks lie elsewhere in every frame, so that seeds come ever nearer to where a mask that stays wants them.
+TEST(Seeds, UnderAMaskThatStaysFramesGetBetter) {
+  const Scene scene = scene_of(
+      "[image]\nwidth = 64\nheight = 64\nframes = 12\nrepeats = 4\nmetrics = [\"pattern\"]\n[[noise]]\nkind = "
+      "\"blue-2d\"\n[[noise]]\nkind = \"heitz-belcour\"\ntarget = \"blue-2d\"\n[effects.integrand]\n");
+  std::vector<Noise> noises = noises_of(scene);
+  const Noise one = mask(13, 11, 1, "blue-2d");
+  Texture same = make_texture(Extents({13, 11, 12}), 1);
+  for (const SliceIndex s : same.extents.slices())
+    std::copy(one.texture->values.begin(), one.texture->values.end(), same.slice(s));
+  noises[0].extents = same.extents;
+  noises[0].texture = std::make_shared<const Texture>(std::move(same));
+  ThreadPool pool(1);
+  const Result result = render(scene, noises, pool);
+  const auto apart = [&](int frame) { return result.value(Metric::pattern, 0, 1, 0, frame).mean; };
+  double before = 1.5;
+  for (const int frame : {0, 1, 2, 4, 11}) {
+    EXPECT_LT(apart(frame), before) << frame;
+    before = apart(frame);
+  }
+  EXPECT_LT(apart(11), 0.7 * apart(1));
+}
+
 TEST(Seeds, AreCarriedFromAMaskToNearlyTheNext) {
   constexpr int width = 24;
   constexpr int height = 20;
