@@ -52,7 +52,7 @@ const std::vector<Container>& containers() {
       {"tiff", pixels, {".tif", ".tiff"}, {uint8, uint16, float32}, flat, by_type, 0, true, tiff_pixel, grey_or_colour, make_tiff_writer},
       {"hdr", pixels, {".hdr"}, {float32}, flat, StoredNumbers::unit, 3, false, rgb_pixel, {3}, make_hdr_writer},
       {"ktx2", pixels, {".ktx2"}, {uint8, uint16, float16, float32}, texture, by_type, 4, true, texture_pixel, any, make_ktx2_writer},
-      {"dds", pixels, {".dds"}, {uint8, uint16, float16, float32}, texture_or_strip, by_type, 4, true, texture_pixel, {1, 2, 4}, make_dds_writer},
+      {"dds", pixels, {".dds"}, {uint8, uint16, float16, float32}, texture_or_strip, by_type, 4, true, texture_pixel, any, make_dds_writer},
       {"npy", pixels, {".npy"}, {float32}, {array}, StoredNumbers::the_values, 0, false, plain_pixel, any, make_npy_writer},
       {"raw", pixels, {".raw", ".bin"}, {float32, uint8, uint16, float16}, {array}, by_type, 0, false, plain_pixel, any, make_raw_writer},
       {"header", pixels, {".h", ".hpp"}, {uint8, uint16, uint32, float32}, {array}, by_type, 0, false, plain_pixel, any, make_header_writer},

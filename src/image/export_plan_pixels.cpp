@@ -1,4 +1,5 @@
 #include "image/export_planner.h"
+#include "image/texel_formats.h"
 
 #include <fmt/format.h>
 
@@ -49,6 +50,8 @@ void ExportPlanner::choose_pixel_size() {
   std::vector<std::string> accepted;
   for (const int size : container_->pixel_sizes) {
     if (size < channels()) continue;
+    // Of three channels DXGI knows floats of 32 bits alone.
+    if (container_->name == "dds" && texel_format(main_.type, size)->dxgi == 0) continue;
     accepted.emplace_back(letters.substr(0, static_cast<std::size_t>(size)));
     if (accepted.back() != options_.channels) continue;
     main_.pixel = pixel_of_size(size, channels());

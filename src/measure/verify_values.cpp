@@ -170,10 +170,16 @@ Texture slice_of(const Texture& texture, SliceIndex slice) {
   return one;
 }
 
-bool ends_along_slices(const Subject& subject) {
+bool ends_along(const Subject& subject, int axis) {
   if (!subject.stored.config) return false;
   const std::vector<int>& bounded = subject.stored.config->order.bounded;
-  return std::any_of(bounded.begin(), bounded.end(), [](int axis) { return axis >= 2; });
+  return std::find(bounded.begin(), bounded.end(), axis) != bounded.end();
+}
+
+bool ends_along_slices(const Subject& subject) {
+  for (int axis = 2; axis < subject.texture.extents.num_axes(); ++axis)
+    if (ends_along(subject, axis)) return true;
+  return false;
 }
 
 std::string list_text(const std::vector<SliceIndex>& numbers) {

@@ -59,6 +59,26 @@ TEST(Verify, TakesTheWordOfANameForWhatItWasMadeFor) {
   EXPECT_THAT(verified(white_codes(1, 8)).findings, Not(Contains(fault("white-in-time"))));
 }
 
+// What a file says of itself counts more than its name. Noise that says that it ends somewhere is noise all the same.
+TEST(Verify, TakesAnAxisForWhatTheConfigSays) {
+  StoredTexture stored = white_codes(1, 8);
+  stored.config.emplace();
+  ProblemSpec& problem = stored.config->problem;
+  problem.extents = stored.texture.extents;
+  GroupSpec group;
+  group.axes = {0, 1, 2};
+  group.kernel.kind = KernelKind::gauss_energy;
+  problem.filter.groups = {group};
+  const std::string name = "stbn_vec1_2Dx1D_32x32x8_{}.png";
+  EXPECT_THAT(verified(stored, name).findings, Contains(fault("white-in-time")));
+  stored.config->order.bounded = {2};
+  EXPECT_THAT(verified(stored, name).findings, Contains(fault("white")));
+  stored.config->order.bounded.clear();
+  problem.filter.groups[0].kernel.tile_axes = {2};
+  EXPECT_THAT(verified(stored, name).findings, Not(Contains(fault("white-in-time"))));
+  EXPECT_THAT(verified(stored, name).findings, Contains(fault("white")));
+}
+
 TEST(Verify, SaysWhereAllIsOneValue) {
   StoredTexture stored = white_codes(1, 1);
   std::fill(stored.texture.values.begin(), stored.texture.values.end(), 0.5F);

@@ -109,7 +109,7 @@ class ContainersTest(support.ProgramTest):
         ("vector4", "8", "RGBA", 37, 28), ("uniform", "16", "R", 70, 56), ("vector2", "16", "RG", 77, 35),
         ("vector3", "16", "RGBA", 91, 11), ("uniform", "16f", "R", 76, 54), ("vector2", "16f", "RG", 83, 34),
         ("vector3", "16f", "RGBA", 97, 10), ("uniform", "32f", "R", 100, 41), ("vector2", "32f", "RG", 103, 16),
-        ("vector4", "32f", "RGBA", 109, 2), ("uniform", "8", "RGBA", 37, 28), ("vector2", "8", "RGBA", 37, 28),
+        ("vector3", "32f", "RGB", 106, 6), ("vector4", "32f", "RGBA", 109, 2), ("uniform", "8", "RGBA", 37, 28), ("vector2", "8", "RGBA", 37, 28),
     ]
 
     def test_ktx2_is_read_by_ktx_parse(self):

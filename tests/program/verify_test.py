@@ -21,6 +21,7 @@ groups = [ { axes = "xy", kernel = "gauss", sigma = 1.0 }, { axes = "t", kernel 
 SUM = PRODUCT.replace("product", "sum")
 STBN = """combine = "sum"
 groups = [ { axes = "xy", kernel = "gauss-energy", sigma = 1.9 }, { axes = "t", kernel = "gauss-energy", sigma = 1.9 } ]"""
+VOLUME = 'groups = [ { axes = "xyt", kernel = "gauss-energy", sigma = 1.5 } ]'
 PLANE = 'groups = [ { axes = "xy", kernel = "%s" } ]'
 
 
@@ -53,6 +54,9 @@ GOOD = {
     "nets": config('"sobol-owen"', PLANE.replace('"%s"', '"gauss", sigma = 1.0'), "x = 64, y = 64, t = 2"),
     "averages": config('"uniform"', PRODUCT.replace('"ema", alpha = 0.1, rejection = 0.1', '"box", size = 4'), "x = 48, y = 48, t = 12", ""),
     "mask-with-ends": config('"uniform"', STBN, "x = 48, y = 48, t = 24", 'method = "void-and-cluster", bounded = "t"'),
+    "mask-of-a-volume": config('"uniform"', VOLUME, "x = 48, y = 48, t = 24", 'method = "void-and-cluster", bounded = "t"'),
+    "mask-with-edges": config('"uniform"', VOLUME, "x = 48, y = 48, t = 24", 'method = "void-and-cluster", bounded = "xyt", equalize = "slice"'),
+    "tiles": config('"uniform"', VOLUME.replace("xyt", "xyk").replace("1.5", '1.5, tiles = "k"'), "x = 48, y = 48, k = 8", 'method = "void-and-cluster", equalize = "slice"'),
     "odd": config('"uniform"', PRODUCT, "x = 53, y = 37, t = 11", ""),
 }
 
