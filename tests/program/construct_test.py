@@ -74,6 +74,26 @@ class Construct(ProgramTest):
                 sort = lambda values: numpy.sort(values.reshape(5, CELLS), axis=1)
                 self.assertTrue(numpy.array_equal(sort(constructed), sort(expected)))
 
+    def test_two_values_a_lonely_one_and_equal_ones(self):
+        """Where values tie, places still decide; equal ones have no error to reduce, which score says."""
+        lists = {"two": [0.25, 0.75] * (CELLS // 2), "lonely": [0.25] * (CELLS - 1) + [0.75], "equal": [0.25] * CELLS}
+        for name, values in lists.items():
+            with self.subTest(name):
+                numpy.save(self.folder / "list.npy", numpy.array(values, dtype=numpy.float32))
+                text = CONFIG.replace('"uniform"', '{ file = "list.npy" }')
+                self.generate("run.h5", "--overwrite", config=self.write("a.toml", text))
+                places, samples, state = self.read("run.h5")
+                for slice_places, slice_samples in zip(places, samples):
+                    self.assertTrue(numpy.array_equal(numpy.sort(slice_places.ravel()), numpy.arange(CELLS)))
+                    self.assertTrue(numpy.array_equal(numpy.sort(slice_samples.ravel()), numpy.sort(numpy.float32(values))))
+                if name == "equal":
+                    self.assertEqual(state["relative_error"], 1)
+                    self.assertIn("all values of the texture are equal", self.run_program("score", "run.h5", expect=2).stderr)
+                    continue
+                scored = json.loads(self.run_program("score", "run.h5", "--json").stdout)["relative_error"]
+                self.assertAlmostEqual(state["relative_error"], scored, delta=1e-9)
+                self.assertLess(scored, 0.2 if name == "two" else 0.9)
+
     def test_what_it_cannot_do_is_refused(self):
         numpy.save(self.folder / "one.npy", numpy.random.default_rng(1).random(CELLS, dtype=numpy.float32))
         numpy.save(self.folder / "pairs.npy", numpy.random.default_rng(1).random((CELLS, 2), dtype=numpy.float32))
