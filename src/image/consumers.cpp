@@ -115,11 +115,15 @@ const std::vector<Consumer>& consumers() {
 }
 
 std::string consumers_table() {
-  std::string text =
-      fmt::format("{:<12} {:<12} {:<8} {:<16} {:<24} {}\n", "--for", "format", "layout", "depth", "sizes", "for");
+  std::size_t width = 0;
+  for (const Consumer& c : consumers()) width = std::max(width, size_rules(c).size());
+  const auto line = [width](const std::string& name, const std::string& format, const std::string& layout,
+                            const std::string& depth, const std::string& sizes, const std::string& reader) {
+    return fmt::format("{:<12} {:<12} {:<8} {:<16} {:<{}} {}\n", name, format, layout, depth, sizes, width, reader);
+  };
+  std::string text = line("--for", "format", "layout", "depth", "sizes", "for");
   for (const Consumer& c : consumers())
-    text += fmt::format("{:<12} {:<12} {:<8} {:<16} {:<24} {}\n", c.name, c.format, c.layout, list_of(c.depths),
-                        size_rules(c), c.reader);
+    text += line(c.name, c.format, c.layout, list_of(c.depths), size_rules(c), c.reader);
   return text + "\nThe first depth is taken where --depth names none.\n";
 }
 

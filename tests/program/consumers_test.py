@@ -258,6 +258,9 @@ class ConsumersTest(support.ProgramTest):
         names = [line.split()[0] for line in table.splitlines()[1:] if line and not line.startswith("The")]
         self.assertEqual(names, "unreal unity godot bevy three rtxtf remix nvidia ea gigi mpv imagemagick ghostscript gimp "
                          "pbrt iris skyrim-cs".split())
+        lines = table.splitlines()
+        reader = lines[0].rindex("for")  # the last column begins at one place
+        self.assertTrue(all(line[reader - 1] == " " and line[reader] != " " for line in lines[:18]), table)
 
     def test_what_a_consumer_cannot_take_is_refused_with_the_nearest_that_works(self):
         config = self.write("odd.toml", CONFIG % (24, 12, 3, "vector3"))
