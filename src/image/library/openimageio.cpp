@@ -168,6 +168,7 @@ class Output final : public ImageOutput {
     spec.attribute("DateTime", "1970:01:01 00:00:00");  // else the time of writing: equal textures are equal files
     // Noise does not compress, and plain files are read by the smallest of readers.
     if (job_.format == ImageFormat::exr || job_.format == ImageFormat::tiff) spec.attribute("compression", "none");
+    spec.attribute("png:compressionLevel", 1);  // a deflate always runs: of noise, the fastest leaves as much as any
     if (job_.stacking == Stacking::parts)
       spec.attribute("oiio:subimagename", job_.part_names.at(static_cast<std::size_t>(block)));
     return spec;
