@@ -18,7 +18,7 @@ using namespace testing_support;
 std::vector<SwapCase> some_cases() {
   const std::vector<SwapCase> all = swap_cases();
   std::vector<SwapCase> some;
-  for (std::size_t k = 0; k < all.size(); k += under_sanitizers ? 2 : 1) some.push_back(all[k]);
+  for (std::size_t k = under_sanitizers; k < all.size(); k += under_sanitizers ? 2 : 1) some.push_back(all[k]);
   return some;
 }
 

@@ -47,12 +47,12 @@ double sum_blocks(const ValueKernel& kernel, const BlockWeights* samples, std::s
   return static_cast<double>(fold(Floats(), hn::Add(sums[0], sums[1])));
 }
 
-template <int C>
+template <DistanceKind kind, int C = 2>
 double of_channels(const ValueKernel& kernel, const BlockWeights* samples, std::size_t rounds) {
   if (kernel.channels > C) {
-    if constexpr (C < 4) return of_channels<C + 1>(kernel, samples, rounds);
+    if constexpr (C < 4) return of_channels<kind, C + 1>(kernel, samples, rounds);
   }
-  return sum_blocks<DistanceKind::euclidean, C>(kernel, samples, rounds);
+  return sum_blocks<kind, C>(kernel, samples, rounds);
 }
 
 double run_blocks(const ValueKernel& kernel, const BlockWeights* samples, std::size_t rounds) {
@@ -66,10 +66,16 @@ double run_blocks(const ValueKernel& kernel, const BlockWeights* samples, std::s
     case DistanceKind::axis:
       return kernel.channels == 4 ? sum_blocks<DistanceKind::axis, 4>(kernel, samples, rounds)
                                   : sum_blocks<DistanceKind::axis, 3>(kernel, samples, rounds);
+    case DistanceKind::manhattan:
+      return of_channels<DistanceKind::manhattan>(kernel, samples, rounds);
+    case DistanceKind::chebyshev:
+      return of_channels<DistanceKind::chebyshev>(kernel, samples, rounds);
+    case DistanceKind::cosine:
+      return of_channels<DistanceKind::cosine>(kernel, samples, rounds);
     case DistanceKind::euclidean:
       break;
   }
-  return of_channels<2>(kernel, samples, rounds);
+  return of_channels<DistanceKind::euclidean>(kernel, samples, rounds);
 }
 
 // One vector of every line, in the order given.
