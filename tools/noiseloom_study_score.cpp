@@ -67,7 +67,8 @@ std::string score_json(const Scored& scored, bool slices) {
       fmt::format("{{\"relative_error\": {}, \"white_noise\": 1, \"exact\": {}, \"file\": {}, ",
                   json_number(score.relative_error), score.exact ? "true" : "false", json_string(scored.name));
   text += fmt::format("\"size\": {}, \"samples\": {}, \"filter\": {}, \"filters\": {{",
-                      json_string(file.texture.extents.to_string()), json_string(file.config->problem.samples.space),
+                      json_string(file.texture.extents.to_string()),
+                      json_string(describe_samples(file.config->problem.samples)),
                       json_string(describe_filter(file.texture.extents, file.config->problem.filter)));
   for (std::size_t i = 0; i < score.others.size(); ++i)
     text += fmt::format("{}{}: {}", i == 0 ? "" : ", ", json_string(score.others[i].filter),
@@ -98,7 +99,7 @@ std::string score_text(const Scored& scored, bool slices) {
   const SampleSpec& samples = file.config->problem.samples;
   std::string text =
       fmt::format("{}: {}, {}, {} channel{}, samples {}\n", scored.name, file.source, extents.to_string(),
-                  file.texture.channels, file.texture.channels == 1 ? "" : "s", samples.space);
+                  file.texture.channels, file.texture.channels == 1 ? "" : "s", describe_samples(samples));
   for (const std::string& note : file.notes) text += "note: " + note + "\n";
   if (!scored.warning.empty()) text += "warning: " + scored.warning + "\n";
   text += fmt::format("\nR = {:.4f}   after {}   (white noise: 1{})\n", score.relative_error,

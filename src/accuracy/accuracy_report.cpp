@@ -62,8 +62,8 @@ class Page {
   std::string html() {
     report_.title = std::filesystem::path(study_.name).filename().string() + ": what accuracy costs";
     const ProblemSpec& problem = study_.config.problem;
-    report_.subtitle = fmt::format("{} pixels of {}, for {}", problem.extents.to_string(), problem.samples.space,
-                                   describe_filter(problem.extents, problem.filter));
+    report_.subtitle = fmt::format("{} pixels of {}, for {}", problem.extents.to_string(),
+                                   describe_samples(problem.samples), describe_filter(problem.extents, problem.filter));
     if (!rows_.empty()) {
       headline();
       report_.findings = accuracy_sentences(study_.rows);

@@ -251,7 +251,7 @@ ExportResult export_run_file(const std::string& path, const ExportOptions& optio
   job.source = path;
   job.extents = plan.extents;
   job.range = plan.range;
-  job.samples = config.problem.samples.space;
+  job.samples = describe_samples(config.problem.samples);
   job.directions = reader.dataset("/samples") >= 0 && !plan.num_points && are_unit_vectors(config.problem.samples);
   job.config = content.config;
   job.facts = facts_of(content, config);

@@ -6,12 +6,13 @@
 
 #include "noiseloom/config/inputs.h"
 #include "noiseloom/image/naming.h"
+#include "noiseloom/samples/sample_space.h"
 
 namespace noiseloom {
 
 Facts facts_of(const RunFileContent& content, const RunConfig& config) {
   const ProblemSpec& problem = config.problem;
-  Facts facts = {{"samples", problem.samples.space},
+  Facts facts = {{"samples", describe_samples(problem.samples)},
                  {"seed", std::to_string(problem.seed)},
                  {"filter", describe_filter(problem.extents, problem.filter)}};
   for (const auto& [column, values] : content.history)

@@ -103,11 +103,14 @@ Comparison compare(const std::vector<CompareColumn>& columns, ThreadPool& pool) 
     std::vector<std::vector<double>> all;
     for (std::size_t t = 0; t < column.textures.size(); ++t) {
       const TextureFile& file = column.textures[t];
-      if (file.config->problem.samples.space != config.problem.samples.space)
+      const SampleSpec& samples = file.config->problem.samples;
+      if (samples.space != config.problem.samples.space ||
+          distance_kind(samples, file.texture.channels) !=
+              distance_kind(config.problem.samples, first.texture.channels))
         throw UserError(column.files[t],
                         fmt::format("holds samples \"{}\", {} \"{}\": R of different samples is no comparison",
-                                    file.config->problem.samples.space, columns.front().files.front(),
-                                    config.problem.samples.space));
+                                    describe_samples(samples), columns.front().files.front(),
+                                    describe_samples(config.problem.samples)));
       if (file.texture.extents.num_axes() != first.texture.extents.num_axes())
         throw UserError(column.files[t], fmt::format("{}, but {} is {}: axes differ", file.texture.extents.to_string(),
                                                      columns.front().files.front(), first.texture.extents.to_string()));

@@ -140,7 +140,7 @@ Verification verify_texture(const StoredTexture& stored, const std::string& path
 
 std::string verification_text(const Verification& v, const StoredTexture& stored, const std::string& path) {
   std::string text = fmt::format("{}: {}, {}\n", path, stored.source, v.extents.to_string());
-  text += fmt::format("taken for samples \"{}\" in {}: {}\n", v.samples.space, v.channels, v.why);
+  text += fmt::format("taken for samples \"{}\" in {}: {}\n", describe_samples(v.samples), v.channels, v.why);
   for (const std::string& note : stored.notes) text += "note: " + note + "\n";
   text += "\n";
   if (v.is_sound()) text += "nothing wrong was found\n";
@@ -174,9 +174,10 @@ std::string verification_json(const Verification& v, const StoredTexture& stored
       "{{\"file\": {}, \"sound\": {}, \"faults\": {}, \"remarks\": {}, \"taken_for\": {{\"samples\": {}, \"size\": {}, "
       "\"channels\": {}, \"source\": {}, \"why\": {}}}, \"levels\": [{}], \"net\": {}, {}, \"relative_errors\": "
       "{{{}}}}}",
-      json_string(path), v.is_sound(), quoted_list(v, true), quoted_list(v, false), json_string(v.samples.space),
-      json_string(v.extents.to_string()), json_string(v.channels), json_string(stored.source), json_string(v.why),
-      levels, v.net ? std::to_string(*v.net) : "null", quality_json(v.quality), scores);
+      json_string(path), v.is_sound(), quoted_list(v, true), quoted_list(v, false),
+      json_string(describe_samples(v.samples)), json_string(v.extents.to_string()), json_string(v.channels),
+      json_string(stored.source), json_string(v.why), levels, v.net ? std::to_string(*v.net) : "null",
+      quality_json(v.quality), scores);
 }
 
 }  // namespace noiseloom

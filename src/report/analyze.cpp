@@ -74,7 +74,7 @@ class Analysis {
 
   void summarise() {
     const std::string samples =
-        file_.config ? file_.config->problem.samples.space : "not given (taken as values from 0 to 1)";
+        file_.config ? describe_samples(file_.config->problem.samples) : "not given (taken as values from 0 to 1)";
     report_.subtitle = fmt::format("{} pixels, {} value{} each", extents_.to_string(), texture_.channels,
                                    texture_.channels == 1 ? "" : "s");
     std::vector<ReportRow>& rows = report_.summary;

@@ -12,6 +12,7 @@
 #include "noiseloom/files/digest.h"
 #include "noiseloom/run/checkpoint.h"
 #include "noiseloom/run/stop_signals.h"
+#include "noiseloom/samples/sample_space.h"
 #include "run/checkpoint_parts.h"
 #include "run/memory_words.h"
 #include "run/start_file.h"
@@ -118,7 +119,7 @@ std::string SwapJob::start_words() const {
 }
 
 std::string SwapJob::title() const {
-  return fmt::format("{} of {}, {}", config_.problem.extents.to_string(), config_.problem.samples.space,
+  return fmt::format("{} of {}, {}", config_.problem.extents.to_string(), describe_samples(config_.problem.samples),
                      spec_.method == Method::fast ? "fast" : "anneal");
 }
 

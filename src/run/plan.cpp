@@ -7,6 +7,7 @@
 
 #include "noiseloom/config/inputs.h"
 #include "noiseloom/files/output_probe.h"
+#include "noiseloom/samples/sample_space.h"
 #include "run/plan_memory.h"
 #include "run/plan_swap.h"
 
@@ -52,7 +53,7 @@ RunPlan plan_basis(const RunConfig& config, const PlanRequest& request) {
   const Extents& extents = config.problem.extents;
   RunPlan plan;
   plan.texture = extents.to_string();
-  plan.samples = config.problem.samples.space;
+  plan.samples = describe_samples(config.problem.samples);
   plan.pixels = extents.num_cells();
   plan.num_slices = extents.num_slices();
   plan.request = request;

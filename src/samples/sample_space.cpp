@@ -69,6 +69,19 @@ DistanceKind distance_kind(const SampleSpec& spec, int channels) {
   return is_length && channels == 1 ? DistanceKind::absolute : kind;
 }
 
+std::string describe_samples(const SampleSpec& spec) {
+  switch (spec.is_file() ? spec.distance : distance_of_space(spec)) {
+    case DistanceKind::manhattan:
+      return spec.space + " by manhattan";
+    case DistanceKind::chebyshev:
+      return spec.space + " by chebyshev";
+    case DistanceKind::cosine:
+      return spec.space + " by cosine";
+    default:
+      return spec.space + (spec.compared_by == ComparedBy::euclidean ? " by euclidean" : "");
+  }
+}
+
 bool are_unit_vectors(const SampleSpec& spec) {
   return is_between_unit_vectors(spec.is_file() ? spec.distance : space_traits(spec).distance);
 }

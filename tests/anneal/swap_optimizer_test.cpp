@@ -124,6 +124,7 @@ TEST(SwapOptimizer, ShowsNothingButR) {
   const Communicator alone = Communicator::self();
   ThreadPool pool(2);
   for (const SwapCase& job : some_cases()) {
+    if (job.problem.extents.num_cells() > 10'000) continue;  // R is found afresh after every step
     SCOPED_TRACE(job.name);
     const auto [expected, expected_history] = straight_run(job);
     const SampleSource source = source_of(job.problem);

@@ -20,7 +20,7 @@ TEST(NumberText, IsTheShortestThatReadsBackAndIsNoInteger) {
   EXPECT_EQ(number_text(std::numeric_limits<double>::quiet_NaN()), "nan");
 }
 
-TEST(DigitsText, HasThreeDigitsAndNoExponent) {
+TEST(DigitsText, HasThreeDigitsAndNoExponentButForTheTiniest) {
   EXPECT_EQ(digits_text(0.001), "0.00100");
   EXPECT_EQ(digits_text(0.00043219), "0.000432");
   EXPECT_EQ(digits_text(4.3219e-7), "0.000000432");

@@ -84,6 +84,10 @@ TEST(Score, OfPublishedTexturesIsFoundByTheNamesOfTheirFilters) {
     EXPECT_EQ(*published, expected);
   }
   EXPECT_FALSE(published_score(small_config("tent").problem.samples, "gauss 1 over xy"));
+  SampleSpec vectors = small_config("vector2").problem.samples;
+  EXPECT_TRUE(published_score(vectors, "gauss 1 over xy"));
+  vectors.compared_by = ComparedBy::manhattan;
+  EXPECT_FALSE(published_score(vectors, "gauss 1 over xy")) << "R of another distance";
 }
 
 TEST(Score, IsOneForWhiteNoiseAndTheMeanOfItsSlices) {

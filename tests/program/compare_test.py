@@ -70,6 +70,10 @@ class CompareTest(support.ProgramTest):
         self.assertIn("two textures", self.run_program("compare", "a.h5", expect=2).stderr)
         self.assertIn("no comparison", self.run_program("compare", "a.h5", "v.h5", expect=2).stderr)
         self.run_program("compare", "a.h5", "none.h5", expect=2)
+        other = CONFIG.replace('"%s"', '{ space = "vector2", distance = "manhattan" }') % 1
+        self.run_program("generate", self.write("m.toml", other), "-o", "m.h5")
+        self.assertIn('"vector2 by manhattan"', self.run_program("compare", "v.h5", "m.h5", expect=2).stderr)
+        self.assertIn("samples vector2 by manhattan", self.run_program("score", "m.h5").stdout)
 
 
 if __name__ == "__main__":

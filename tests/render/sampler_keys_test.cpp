@@ -8,7 +8,9 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <stdexcept>
 
+#include "noiseloom/files/run_lock.h"
 #include "render/scene_support.h"
 #include "support/run_files.h"
 
@@ -147,11 +149,16 @@ TEST(SamplerKeys, AreKeptAsSourceTextThatShowsDamage) {
   const SamplerTables made = make_sampler_tables(keys);
   const std::string text = source_text(made, keys);
   std::ofstream(path) << text;
-  const Noise kept = open_noise(spec, folder / "noise", nullptr);
+  // Somebody else may be at work on it, or own the folder: what is whole is read without a lock.
+  const RunLock of_another(path + ".making");
+  const auto never = [](const std::string&) { throw std::logic_error("waited for a file that is whole"); };
+  const Noise kept = open_noise(spec, folder / "noise", nullptr, never);
   EXPECT_TRUE(kept.notes.empty());
   EXPECT_EQ(kept.tables->sequence, made.sequence);
   EXPECT_EQ(kept.tables->scramble, made.scramble);
   EXPECT_EQ(kept.tables->order, made.order);
+  std::ofstream(folder / "plain") << "";
+  EXPECT_THROW(open_noise(spec, folder / "plain", nullptr), UserError);
   std::string changed = text;
   ++changed[text.size() / 2];
   for (const std::string& damaged : {text.substr(0, text.size() / 2), changed, std::string()}) {

@@ -21,6 +21,8 @@ bool has_pdf(const SampleSpec& spec);
 int num_channels(const SampleSpec& spec);
 // Of samples of `channels` numbers: what the spec says, save that lengths of one number are `absolute`.
 DistanceKind distance_kind(const SampleSpec& spec, int channels);
+// As people are told: "vector2", and "vector2 by manhattan" where R is of another distance than the space's own.
+std::string describe_samples(const SampleSpec& spec);
 // Whether samples are unit vectors, however they are compared.
 bool are_unit_vectors(const SampleSpec& spec);
 

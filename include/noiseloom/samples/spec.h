@@ -13,10 +13,9 @@ namespace noiseloom {
 // sqrt(2), and so of negative type, as R must have it to be an error; the angle itself is not [Gangolli67].
 //
 // manhattan: the sum over the channels of |a - b|; chebyshev: the largest of them. The latter is of negative type for
-// two channels, as a quarter turn of it is the former, and for no more [Misiewicz89: Positive definite functions on
-// l-infinity, Statistics & Probability Letters 8]: R of three channels is a measure of how unlike neighbours are, and
-// no error. cosine: of unit vectors, 1 - a b, which is half the square of the chord; only the mean of the vectors
-// counts.
+// two channels, as a quarter turn of it is the former, and for no more [Misiewicz89]: R of three channels is a measure
+// of how unlike neighbours are, and no error. cosine: of unit vectors, 1 - a b, which is half the square of the chord;
+// only the mean of the vectors counts.
 enum class DistanceKind { absolute, circle, euclidean, angle, axis, manhattan, chebyshev, cosine };
 
 constexpr bool is_between_unit_vectors(DistanceKind kind) {
@@ -49,7 +48,7 @@ struct SampleSpec {
   SharedValues<std::uint64_t> masses;  // image: what make_image_masses() (samples/luminance.h) makes of it, where ranks
                                        // share that; else whoever needs it makes it
   DistanceKind distance = DistanceKind::euclidean;   // file only: how its samples are compared
-  ComparedBy compared_by = ComparedBy::own;          // spaces that are compared by length or angle
+  ComparedBy compared_by = ComparedBy::own;          // built-in spaces that are compared by length or angle
   ImageDomain onto = ImageDomain::square;            // image only
   ImageEncoding encoding = ImageEncoding::unstated;  // image only
 

@@ -65,7 +65,13 @@ std::string without_damage(const std::string& path) {
 // Held while what is kept at `path` is looked at and made. The run that makes it locks the path itself, so this is
 // another name beside it.
 std::unique_ptr<RunLock> lock_making(const std::string& path, const WaitForOther& wait) {
-  std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed)
+    throw UserError(folder.string(), std::filesystem::exists(folder)
+                                         ? "exists and is not a folder"
+                                         : fmt::format("cannot be created ({})", failed.message()));
   for (;;) {
     try {
       return std::make_unique<RunLock>(path + ".making");
@@ -115,6 +121,8 @@ static SamplerTables made_tables(const NoiseSpec& spec, const std::string& folde
   const KeysSpec keys{spec.points, spec.numbers, spec.seed};
   if (folder.empty()) return make_sampler_tables(keys);
   const std::string path = cached_tables(spec, folder);
+  // What is whole is published in one step and never changes: a folder that others may only read serves as well.
+  if (std::filesystem::exists(path) && is_whole_source_text(path)) return load_sampler_tables(path);
   const auto lock = lock_making(path, wait);
   if (std::filesystem::exists(path)) {
     if (is_whole_source_text(path)) return load_sampler_tables(path);
