@@ -95,12 +95,9 @@ std::vector<render::Noise> open_noises(const render::Scene& scene, const RenderA
       arguments.noises.empty() ? (fs::path(arguments.folder) / "noise").string() : arguments.noises;
   TextureMaker maker(program_beside(), arguments.threads, arguments.result);
   std::vector<render::Noise> noises;
-  for (const render::NoiseSpec& spec : scene.noises) {
+  for (const render::NoiseSpec& spec : scene.noises)
     noises.push_back(render::open_noise(spec, folder, std::ref(maker),
                                         [&maker](const std::string& output) { maker.wait_for_other(output); }));
-    for (const std::string& note : noises.back().notes)
-      if (!arguments.result.quiet) print_error(fmt::format("note: noise \"{}\": {}\n", spec.name, note));
-  }
   return noises;
 }
 

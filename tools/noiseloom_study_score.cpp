@@ -102,6 +102,8 @@ std::string score_text(const Scored& scored, bool slices) {
                   file.texture.channels, file.texture.channels == 1 ? "" : "s", describe_samples(samples));
   for (const std::string& note : file.notes) text += "note: " + note + "\n";
   if (!scored.warning.empty()) text += "warning: " + scored.warning + "\n";
+  if (file.texture.channels > 2 && distance_kind(samples, file.texture.channels) == DistanceKind::chebyshev)
+    text += "note: by the largest of more than two differences R is no error, but says how unlike neighbours are\n";
   text += fmt::format("\nR = {:.4f}   after {}   (white noise: 1{})\n", score.relative_error,
                       describe_filter(extents, file.config->problem.filter),
                       score.exact ? "" : "; the mean distance is an estimate");

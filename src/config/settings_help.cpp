@@ -57,7 +57,8 @@ std::string default_text(const FileKind& kind, const Setting& setting) {
 // The key of the row above that lists the same words; empty if there is none.
 std::string_view lister_of_words(const FileKind& kind, const Setting& setting) {
   const auto found = std::find_if(kind.settings.begin(), kind.settings.end(), [&](const Setting& s) {
-    return &s == &setting || (!s.words.empty() && s.words.data() == setting.words.data());
+    return &s == &setting ||
+           (!s.words.empty() && s.words.data() == setting.words.data() && s.words.size() == setting.words.size());
   });
   return &*found == &setting ? std::string_view{} : found->key;
 }

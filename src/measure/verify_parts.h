@@ -39,13 +39,13 @@ void check_time(const Subject& subject, const std::string& path, double space, d
 // A slice as a texture of its own.
 Texture slice_of(const Texture& texture, SliceIndex slice);
 
-// "3", "3 and 5", "3, 5, 7 and 12 more"
 // Of at least one value; of an even number, the upper one in the middle.
 double median_of(std::vector<double> values);
 // Whether the file says that the texture ends along that axis and does not begin again there.
 bool ends_along(const Subject& subject, int axis);
 // Whether the file says that its slices are a series with two ends, not a loop.
 bool ends_along_slices(const Subject& subject);
+// "3", "3 and 5", "3, 5, 7 and 12 more"
 std::string list_text(const std::vector<SliceIndex>& numbers);
 
 }  // namespace noiseloom::verify

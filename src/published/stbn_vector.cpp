@@ -175,8 +175,8 @@ std::vector<std::string> vector_notes(const VectorLine& line) {
   if (line.cooling_factor != 0.00001)
     notes.push_back(fmt::format(
         "--coolingFactor {}: there, swaps are taken at random whatever they cost for the first {} N^2, ever more "
-        "seldom, "
-        "which leaves a random arrangement as random as it was; here a swap is taken by what it costs, at temperatures "
+        "seldom, which leaves a random arrangement as random as it was; here a swap is taken by what it costs, at "
+        "temperatures "
         "that are found from the problem",
         line.cooling_factor, line.cooling_factor));
   return notes;

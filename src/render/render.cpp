@@ -190,6 +190,8 @@ void run_jobs(const Shared& shared, Result& result, ThreadPool& pool) {
 std::vector<std::string> notes_of_reading(const Scene& scene, const std::vector<Noise>& noises) {
   std::vector<std::string> notes;
   for (const Noise& noise : noises)
+    for (const std::string& note : noise.notes) notes.push_back(fmt::format("noise \"{}\": {}", noise.spec.name, note));
+  for (const Noise& noise : noises)
     for (const Effect effect : effects_of(scene))
       if (const std::string note = note_of_places(scene, noise, effect); !note.empty()) notes.push_back(note);
   if (!scene.occlusion.on) return notes;

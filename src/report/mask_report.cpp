@@ -13,11 +13,6 @@
 namespace noiseloom {
 namespace {
 
-constexpr PlotLine::Style line_styles[] = {PlotLine::Style::main, PlotLine::Style::second, PlotLine::Style::third,
-                                           PlotLine::Style::fourth, PlotLine::Style::fifth};
-
-PlotLine::Style style_of(std::size_t line) { return line_styles[line % std::size(line_styles)]; }
-
 // White noise, and the limit of low frequencies from the lowest point of the lines upward.
 void add_guides(Plot& plot) {
   double lowest = 1;
@@ -35,7 +30,7 @@ std::string percent(double density) { return number_text(100 * density, 6) + " %
 Plot low_frequency_plot(const SpectralQuality& quality) {
   Plot plot{"Power on a logarithmic scale", "frequency (cycles a pixel)", "power", true, {}};
   for (const GroupQuality& group : quality.groups)
-    plot.lines.push_back(line_of(radial_average(group.spectrum), group.name, style_of(plot.lines.size())));
+    plot.lines.push_back(line_of(radial_average(group.spectrum), group.name, style_of_line(plot.lines.size())));
   add_guides(plot);
   return plot;
 }
@@ -75,7 +70,7 @@ Plot points_plot(const std::vector<OrderPlace>& places, const Extents& extents, 
     const std::int64_t count = decimal_of(density).floor_of_times(extents.num_cells());
     for (std::size_t i = 0; i < places.size(); ++i) pattern.values[i] = places[i] < OrderPlace(count) ? 1.0F : 0.0F;
     plot.lines.push_back(line_of(radial_average(axes_spectrum(pattern, DistanceKind::absolute, {0, 1})),
-                                 percent(density), style_of(plot.lines.size())));
+                                 percent(density), style_of_line(plot.lines.size())));
   }
   add_guides(plot);
   return plot;

@@ -85,6 +85,8 @@ constexpr Look looks[] = {
     {"nl-seventh", "#2aa7b8", "6 2"}, {"nl-eighth", "#8a6d4b", "2 3"},  {"nl-dashed", "#888", "5 4"},
     {"nl-front", "#2fa56b", "none"},  {"nl-points", "#8a63c7", "none"}};
 
+static_assert(std::size(looks) == static_cast<std::size_t>(PlotLine::Style::points) + 1);
+
 const char* style_class(PlotLine::Style style) { return looks[static_cast<std::size_t>(style)].name; }
 
 constexpr int x_ticks = 7;
@@ -324,6 +326,10 @@ std::string xml_escaped(const std::string& text) {
     }
   }
   return escaped;
+}
+
+PlotLine::Style style_of_line(std::size_t number) {
+  return static_cast<PlotLine::Style>(number % (static_cast<std::size_t>(PlotLine::Style::eighth) + 1));
 }
 
 std::string plot_svg(const Plot& plot) {

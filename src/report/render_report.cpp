@@ -19,9 +19,8 @@ using render::Scene;
 
 constexpr int picture_size = 216;  // CSS pixels of a picture's side, four in a row
 constexpr int wipe_size = 640;     // of one that is looked at alone
-constexpr PlotLine::Style styles[] = {PlotLine::Style::main,    PlotLine::Style::second, PlotLine::Style::third,
-                                      PlotLine::Style::fourth,  PlotLine::Style::fifth,  PlotLine::Style::sixth,
-                                      PlotLine::Style::seventh, PlotLine::Style::eighth};
+
+std::string repeats_text(int count) { return fmt::format("{} repeat{}", count, count == 1 ? "" : "s"); }
 
 std::string percent_of(const Result& result, double rmse, std::size_t effect, std::size_t stage) {
   if (!result.white) return "";
@@ -82,9 +81,9 @@ class Page {
     writer_.report.findings.push_back(sample_sentence(result_, effect, last));
     ReportSection section{name, "", {}, {}};
     section.text = fmt::format(
-        "Root of the mean squared error in frame {}, over the whole picture and {} repeats (results.csv has standard "
+        "Root of the mean squared error in frame {}, over the whole picture and {} (results.csv has standard "
         "errors){}.",
-        result_.frames, result_.repeats,
+        result_.frames, repeats_text(result_.repeats),
         result_.predictions.empty()
             ? ""
             : "; in brackets what the score of the texture promises, times the error of white noise");
@@ -171,22 +170,19 @@ class Page {
     return scene_.time.kernels.empty() ? spaces : 1 + 2 * spaces;
   }
 
-  // White noise is broken; where there are more noises than styles, the last ones share one.
+  // White noise is broken.
   PlotLine::Style style_of(std::size_t noise) const {
     if (result_.white == noise) return PlotLine::Style::dashed;
     std::size_t place = 0;
     for (std::size_t i = 0; i < noise; ++i) place += result_.white == i ? 0 : 1;
-    return styles[std::min(place, std::size(styles) - 1)];
+    return style_of_line(place);
   }
 
   // One plot for each filter over time, before the filters over space and after the last of them.
   void add_curves(std::size_t effect, const std::string& name) {
     if (result_.frames < 2) return;
-    ReportSection section{
-        name + ": from frame to frame",
-        "Both axes are logarithmic. Pale areas reach from the least to the largest error of a repeat.",
-        {},
-        {}};
+    ReportSection section{name + ": from frame to frame", "Both axes are logarithmic.", {}, {}};
+    if (result_.repeats > 1) section.text += " Pale areas reach from the least to the largest error of a repeat.";
     for (std::size_t stage = 0; stage < result_.stages.size(); ++stage) {
       const render::Stage& at = result_.stages[stage];
       const bool is_last = !scene_.space.empty() && at.space == scene_.space.back().name;
@@ -327,9 +323,9 @@ void add_render_report(const Scene& scene, const Result& result,
   Report& report = page.writer().report;
   report.title = scene.title.empty() ? "Rendering test" : scene.title;
   report.subtitle = fmt::format(
-      "{} x {} pixels, {} frames, {} repeats with the noises moved elsewhere. Errors are "
+      "{} x {} pixels, {} frames, {} with the noises moved elsewhere. Errors are "
       "against the exact mean of the same estimates through the same filters.",
-      scene.width, scene.height, scene.frames, scene.repeats);
+      scene.width, scene.height, scene.frames, repeats_text(scene.repeats));
   for (std::size_t effect = 0; effect < result.effects.size(); ++effect) page.add_effect(effect);
   page.add_expectations(expectations);
   page.add_notes();

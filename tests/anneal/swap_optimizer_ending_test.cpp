@@ -1,6 +1,7 @@
 // A run ends where its stop rule says, and where that cannot be met.
 #include <gtest/gtest.h>
 
+#include "anneal/swap_cases.h"
 #include "noiseloom/anneal/swap_optimizer.h"
 #include "support/filter_specs.h"
 #include "support/mpi_session.h"
@@ -19,8 +20,7 @@ std::string reason_of_ending(const StopSpec& stop, const std::vector<std::int64_
   spec.stop = stop;
   const Communicator alone = Communicator::self();
   ThreadPool pool(1);
-  const SampleSource source(problem.samples, problem.extents.cells_per_slice(), problem.extents.num_slices(),
-                            problem.seed);
+  const SampleSource source = source_of(problem);
   SwapOptimizer optimizer(problem, spec, source, alone, pool);
   optimizer.start();
   while (!optimizer.finished() && optimizer.sweep() < 5000) optimizer.step(0);
@@ -58,8 +58,7 @@ TEST(SwapOptimizer, CountsWhatASweepThatIsCutShortHasDone) {
   spec.stop.time_s = 10;
   const Communicator alone = Communicator::self();
   ThreadPool pool(1);
-  const SampleSource source(problem.samples, problem.extents.cells_per_slice(), problem.extents.num_slices(),
-                            problem.seed);
+  const SampleSource source = source_of(problem);
   SwapOptimizer optimizer(problem, spec, source, alone, pool);
   optimizer.start();
   ASSERT_GT(optimizer.num_classes(), 1);

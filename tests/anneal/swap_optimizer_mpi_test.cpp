@@ -123,7 +123,7 @@ struct GivenRun {
     const SwapCase first = swap_cases().front();
     problem = first.problem;
     const Extents& extents = problem.extents;
-    const SampleSource source(problem.samples, extents.cells_per_slice(), extents.num_slices(), problem.seed);
+    const SampleSource source = source_of(problem);
     const Communicator world = Communicator::world();
     ThreadPool pool(1);
     const auto ids = [&](SliceIndex slice) { return start_permutation(99, slice, extents.cells_per_slice()); };

@@ -178,6 +178,9 @@ TEST(Effects, ValuesOfOnePixelThatAreTheSameAreTold) {
   EXPECT_NE(notes[0].find("of the 2 values that transparency reads"), std::string::npos) << notes[0];
   noise.spec.values_from = ValuesFrom::slices;
   EXPECT_TRUE(notes_of_reading(scene, {noise}).empty());
+  noise.notes = {"was damaged"};  // what is known from opening it is known of the result
+  EXPECT_EQ(notes_of_reading(scene, {noise}),
+            std::vector<std::string>{"noise \"" + noise.spec.name + "\": was damaged"});
   EXPECT_TRUE(notes_of_reading(scene, {mask(4, 4, 1)}).empty());
 }
 

@@ -121,10 +121,15 @@ TEST(Noise, RepeatsMoveNoisesToOtherPlaces) {
   EXPECT_GT(places.size(), 45U);
 }
 
-TEST(Noise, TexturesOfOtherConfigsAreKeptUnderOtherNames) {
+NoiseSpec blue_2d() {
   NoiseSpec spec;
   spec.kind = NoiseKind::blue_2d;
   spec.name = "blue-2d";
+  return spec;
+}
+
+TEST(Noise, TexturesOfOtherConfigsAreKeptUnderOtherNames) {
+  NoiseSpec spec = blue_2d();
   const std::string first = cached_texture(spec, "folder");
   spec.seed = 2;
   EXPECT_NE(cached_texture(spec, "folder"), first);
@@ -134,9 +139,7 @@ TEST(Noise, TexturesOfOtherConfigsAreKeptUnderOtherNames) {
 // What has no digests that do not fit is not a damaged texture: it may be anybody's.
 TEST(Noise, OnlyDamagedTexturesAreMadeAnew) {
   const TemporaryFolder folder;
-  NoiseSpec spec;
-  spec.kind = NoiseKind::blue_2d;
-  spec.name = "blue-2d";
+  NoiseSpec spec = blue_2d();
   const std::string path = cached_texture(spec, folder / "noise");
   std::filesystem::create_directories(path);
   const auto refuse = [](const auto&...) { throw UserError("maker", "was asked"); };
@@ -147,9 +150,7 @@ TEST(Noise, OnlyDamagedTexturesAreMadeAnew) {
 // Two commands that share a folder make what is kept there one after the other: the second waits for the first.
 TEST(Noise, WhatAnotherCommandIsMakingIsWaitedFor) {
   const TemporaryFolder folder;
-  NoiseSpec spec;
-  spec.kind = NoiseKind::blue_2d;
-  spec.name = "blue-2d";
+  NoiseSpec spec = blue_2d();
   const std::string path = cached_texture(spec, folder / "noise");
   std::filesystem::create_directories(folder / "noise");
   auto other = std::make_unique<RunLock>(path + ".making");

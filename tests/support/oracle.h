@@ -51,11 +51,9 @@ inline Coord difference(const Coord& a, const Coord& b) {
 inline std::vector<double> taps(const KernelSpec& kernel) {
   std::vector<double> result;
   if (kernel.kind == KernelKind::box) result.assign(static_cast<std::size_t>(kernel.size), 1.0);
-  if (kernel.kind == KernelKind::binomial) {
-    for (int k = 0; k <= kernel.n; ++k) {
+  if (kernel.kind == KernelKind::binomial)
+    for (int k = 0; k <= kernel.n; ++k)
       result.push_back(std::exp(std::lgamma(kernel.n + 1) - std::lgamma(k + 1) - std::lgamma(kernel.n - k + 1)));
-    }
-  }
   if (kernel.kind == KernelKind::gauss) {
     const auto cumulative = [&](double x) { return std::erfc(-x / kernel.sigma / std::sqrt(2.0)) / 2; };
     int reach = 0;
@@ -383,13 +381,12 @@ inline double relative_error(const Overlaps& f, const Texture& texture) {
   const std::size_t n = f.size();
   std::vector<long double> m_d(n, 0);
   long double m = 0;
-  for (std::size_t j = 0; j < n; ++j) {
+  for (std::size_t j = 0; j < n; ++j)
     for (std::size_t k = 0; k < n; ++k) {
       const double d = distance(texture.distance, texture.sample(j), texture.sample(k));
       m += d;
       m_d[offset_between(texture.extents, j, k)] += d;
     }
-  }
   m /= static_cast<long double>(n) * static_cast<long double>(n);
   long double weights = f[0];
   long double coupled = 0;

@@ -31,6 +31,8 @@ struct PlotLine {
   std::vector<double> high = {};        // and ends
   bool has_band = false;                // low to high are one area along the line instead
 };
+// Of the lines of a plot, counted from 0: those of main to eighth, and from the first again.
+PlotLine::Style style_of_line(std::size_t number);
 
 // A point that is singled out by a ring and words beside it.
 struct PlotMark {
