@@ -263,18 +263,16 @@ TEST(PublishedLines, VectorsAreComparedByTheDistanceOfTheLine) {
 // In the published program a pair of pixels counts k(dx) k(dy) in a plane and k(dz) along the slices, where k is a
 // Gaussian over the sum of one half of it; and samples count exp(-d^(D/3) / (2 S^2)), of points between -1 and 1.
 TEST(PublishedLines, VectorsHaveTheKernelsOfThePublishedProgram) {
-  for (const auto& [text, channels, unit] :
-       {std::tuple("-x 64 -y 32 -z 8 --energySigma 1.7 --valueSigma 0.8", 2, false),
-        std::tuple("-z 1 -t Float3 --valueSigma 1.3", 3, false), std::tuple("-t Float", 1, false),
-        std::tuple("-t Float3 -g Unit --valueSigma 0.9", 3, true)}) {
+  for (const auto& [text, channels, unit, asked] :
+       {std::tuple("-x 64 -y 32 -z 8 --energySigma 1.7 --valueSigma 0.8", 2, false, 0.8),
+        std::tuple("-x 64 -y 32 -z 8 -d L2 --valueSigma 0.8", 2, false, 0.8),
+        std::tuple("-x 64 -y 32 -z 8 -d LInfinity", 2, false, 1.0),
+        std::tuple("-z 1 -t Float3 --valueSigma 1.3", 3, false, 1.3), std::tuple("-t Float", 1, false, 1.0),
+        std::tuple("-t Float3 -g Unit --valueSigma 0.9", 3, true, 0.9)}) {
     SCOPED_TRACE(text);
     const RunConfig config = meaning(read_line("stbn-vector", text));
     const ProblemSpec& problem = config.problem;
     ASSERT_EQ(problem.extents.num_axes(), 3);
-    const double asked = std::string(text).find("0.8") != std::string::npos   ? 0.8
-                         : std::string(text).find("1.3") != std::string::npos ? 1.3
-                         : unit                                               ? 0.9
-                                                                              : 1;
     const ValueKernel kernel = make_value_kernel(problem, channels, distance_kind(problem.samples, channels));
     const std::vector<float> a = {0, 0, 1};
     const std::vector<float> b = {0, 1, 0};
