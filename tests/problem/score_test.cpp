@@ -27,7 +27,7 @@ const std::vector<Space> spaces = {
     {DistanceKind::absolute, 1},  {DistanceKind::circle, 1},    {DistanceKind::euclidean, 2},
     {DistanceKind::euclidean, 3}, {DistanceKind::euclidean, 5}, {DistanceKind::angle, 3},
     {DistanceKind::axis, 3},      {DistanceKind::axis, 4},      {DistanceKind::manhattan, 2},
-    {DistanceKind::manhattan, 5}, {DistanceKind::chebyshev, 3}, {DistanceKind::cosine, 3}};
+    {DistanceKind::manhattan, 5}, {DistanceKind::chebyshev, 3}};
 
 std::vector<double> slice_sums(const Footprint& footprint, const Texture& texture, PairEnds ends = PairEnds::both) {
   std::vector<double> sums;
