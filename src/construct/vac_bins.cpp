@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 namespace noiseloom {
 
@@ -36,7 +37,7 @@ VacBins::VacBins(const VacLayout& layout, const VacGroupKernel& group) : edges_(
     fixed_stride_.push_back({static_cast<std::size_t>(index), num_bins});
     num_bins *= layout.size[static_cast<std::size_t>(index)];
   }
-  bins_.resize(static_cast<std::size_t>(num_bins));
+  heads_.resize(static_cast<std::size_t>(num_bins), none);
   weights_.assign(static_cast<std::size_t>(num_weights), 0);
   for (const VacRow& row : group.rows) {
     std::int64_t at = axes_[0].lo - row.lo;
@@ -55,26 +56,14 @@ std::int64_t VacBins::bin(const Coord& at) const {
 
 // In time proportional to the pixels: most bins are empty.
 void VacBins::assign(std::span<const Coord> at) {
-  for (const std::int64_t bin : used_) bins_[static_cast<std::size_t>(bin)] = {};
-  used_.clear();
-  bin_of_.resize(at.size());
-  for (std::size_t i = 0; i < at.size(); ++i) {
-    bin_of_[i] = bin(at[i]);
-    if (bins_[static_cast<std::size_t>(bin_of_[i])].count++ == 0) used_.push_back(bin_of_[i]);
-  }
-  std::uint32_t begin = 0;
-  for (const std::int64_t used : used_) {
-    Bin& bin = bins_[static_cast<std::size_t>(used)];
-    bin.begin = begin;
-    begin += bin.count;
-    bin.count = 0;
-  }
-  nodes_.resize(at.size() * (axes_.size() + 1));
-  for (std::size_t i = 0; i < at.size(); ++i) {
-    Bin& bin = bins_[static_cast<std::size_t>(bin_of_[i])];
-    std::int32_t* node = nodes_.data() + std::size_t{bin.begin + bin.count++} * (axes_.size() + 1);
-    *node++ = static_cast<std::int32_t>(i);
-    for (const Axis& axis : axes_) *node++ = at[i][axis.index];
+  for (const std::size_t bin : used_) heads_[bin] = none;
+  at_ = at;
+  used_.resize(at.size());
+  next_.resize(at.size());
+  for (std::uint32_t i = 0; i < at.size(); ++i) {
+    const auto to = static_cast<std::size_t>(bin(at[i]));
+    used_[i] = to;
+    next_[i] = std::exchange(heads_[to], i);
   }
 }
 

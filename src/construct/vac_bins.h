@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -16,7 +17,7 @@ class VacBins {
   using Coord = std::array<std::int32_t, Extents::max_axes>;
   VacBins(const VacLayout& layout, const VacGroupKernel& group);
 
-  // Replaces all pixels.
+  // Replaces all pixels. They must stay where they are until the next call.
   void assign(std::span<const Coord> at);
 
   // Calls visit(index, weight) for the pixels in the group's footprint around `from`, each once, in no order that
@@ -45,10 +46,7 @@ class VacBins {
     std::int64_t weight_stride;
   };
   static constexpr std::size_t max_bins_met = 5;
-  struct Bin {
-    std::uint32_t begin = 0;  // in nodes_
-    std::uint32_t count = 0;
-  };
+  static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
   std::int64_t bin(const Coord& at) const;
   std::size_t bins_met(const Axis& axis, std::int32_t c, std::array<std::int64_t, max_bins_met>& bins) const;
@@ -71,15 +69,14 @@ class VacBins {
       std::int64_t outer = base;
       for (std::size_t a = 1; a < num_axes; ++a) outer += bins[a][step[a]];
       for (std::size_t b = 0; b < count[0]; ++b) {
-        const Bin& bin = bins_[static_cast<std::size_t>(outer + bins[0][b])];
-        const std::int32_t* node = nodes_.data() + std::size_t{bin.begin} * (num_axes + 1);
-        for (std::uint32_t left = bin.count; left > 0; --left, node += num_axes + 1) {
+        for (std::uint32_t i = heads_[static_cast<std::size_t>(outer + bins[0][b])]; i != none; i = next_[i]) {
+          const Coord& pixel = at_[i];
           std::int64_t index = 0;
           bool inside = true;
           bool crosses = false;
           for (std::size_t a = 0; a < num_axes; ++a) {
             const Axis& axis = axes_[a];
-            std::int32_t d = node[a + 1] - at[a];
+            std::int32_t d = pixel[axis.index] - at[a];
             if (axis.toroidal) {
               const std::int32_t around = d > axis.hi ? -axis.size : d < -axis.lo ? axis.size : 0;
               d += around;
@@ -89,7 +86,7 @@ class VacBins {
             index += (d + axis.lo) * axis.weight_stride;
           }
           inside = inside && (edges_ == VacEdges::pass || crosses == (edges_ == VacEdges::cross));
-          if (inside) visit(static_cast<std::uint32_t>(node[0]), weights_[static_cast<std::size_t>(index)]);
+          if (inside) visit(i, weights_[static_cast<std::size_t>(index)]);
         }
       }
       std::size_t a = 1;
@@ -102,10 +99,10 @@ class VacBins {
   std::vector<Axis> axes_;                                          // of the group
   std::vector<std::pair<std::size_t, std::int64_t>> fixed_stride_;  // the other axes
   std::vector<std::uint32_t> weights_;                              // dense
-  std::vector<Bin> bins_;
-  std::vector<std::int64_t> used_;    // bins that are not empty
-  std::vector<std::int64_t> bin_of_;  // of each pixel
-  std::vector<std::int32_t> nodes_;   // bin by bin: the index of a pixel, then its coordinates in the group
+  std::vector<std::uint32_t> heads_;                                // of each bin: one of its pixels
+  std::vector<std::uint32_t> next_;                                 // of each pixel: another one of its bin
+  std::vector<std::size_t> used_;                                   // bins, of each pixel
+  std::span<const Coord> at_;
 };
 
 }  // namespace noiseloom

@@ -23,7 +23,7 @@ void sample_bounds(VacFields& fields, std::size_t stride, std::vector<std::uint3
 }  // namespace
 
 VacSearch::VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash& hash, std::size_t max_found)
-    : fields_(fields), exchange_(exchange), hash_(hash), max_found_(max_found), parts_(fields.num_parts()) {}
+    : fields_(fields), exchange_(exchange), hash_(hash), max_found_(max_found), fits_(fields.num_parts()) {}
 
 // The median of what the ranks find right for their own slices: slices are alike, and any limit gives the same picks. 0
 // when no leaf of any rank has a pixel left.
@@ -46,14 +46,12 @@ std::uint64_t VacSearch::propose(double fraction) {
   return *middle;
 }
 
-// After a scan that found too many: a limit that the parts of this rank would have kept to, and bounds as before the
-// scan.
+// After a scan that found too many: a limit that the parts of this rank would have kept to.
 std::uint64_t VacSearch::lower_limit() {
   std::uint64_t limit = none;
-  for (std::size_t i = 0; i < parts_.size(); ++i) {
-    for (const VacCandidate& c : parts_[i].found) fields_.part(i).lower_bound_to(c.position, c.energy);
-    if (parts_[i].fits) continue;
-    auto& found = parts_[i].found;
+  for (std::size_t i = 0; i < fields_.num_parts(); ++i) {
+    if (fits_[i] != 0) continue;
+    std::vector<VacCandidate> found = fields_.part(i).found();
     const auto quarter = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 4);
     std::nth_element(found.begin(), quarter, found.end(),
                      [](const VacCandidate& a, const VacCandidate& b) { return a.key() < b.key(); });
@@ -68,13 +66,13 @@ std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCand
   while (limit != 0) {
     fields_.for_each([&](VacField& field, std::size_t i) {
       const std::size_t most = max_found_ > 0 ? max_found_ : std::max<std::size_t>(4096, field.bounds().size());
-      parts_[i].fits = field.scan(view, hash_, limit, most, parts_[i].found);
+      fits_[i] = field.scan(view, hash_, limit, most) ? 1 : 0;
     });
     std::uint64_t total = 0;
     bool fits = true;
-    for (const Part& part : parts_) {
-      total += part.found.size();
-      fits = fits && part.fits;
+    for (std::size_t i = 0; i < fields_.num_parts(); ++i) {
+      total += fields_.part(i).found().size();
+      fits = fits && fits_[i] != 0;
     }
     const std::uint64_t own[] = {total, fits ? 0U : 1U};
     const auto all = exchange_.gather(own);
@@ -95,17 +93,16 @@ std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCand
     }
   }
   if (limit == 0) return 0;
-  if (exchange_.alone() && parts_.size() == 1) {
-    found.swap(parts_[0].found);
-    return limit;
-  }
   if (exchange_.alone()) {
-    for (const Part& part : parts_) found.insert(found.end(), part.found.begin(), part.found.end());
+    for (std::size_t i = 0; i < fields_.num_parts(); ++i) {
+      const auto& part = fields_.part(i).found();
+      found.insert(found.end(), part.begin(), part.end());
+    }
     return limit;
   }
   const VacPacker packer(limit);
   std::vector<std::byte> bytes;
-  for (const Part& part : parts_) packer.pack(part.found, bytes);
+  for (std::size_t i = 0; i < fields_.num_parts(); ++i) packer.pack(fields_.part(i).found(), bytes);
   packer.unpack(exchange_.gather(bytes), view, hash_, found);
   return limit;
 }

@@ -19,10 +19,6 @@ class VacSearch {
   std::uint64_t find(VacView view, double fraction, std::vector<VacCandidate>& found);
 
  private:
-  struct Part {
-    std::vector<VacCandidate> found;
-    bool fits = true;
-  };
   std::uint64_t propose(double fraction);
   std::uint64_t lower_limit();
 
@@ -30,7 +26,7 @@ class VacSearch {
   VacExchange& exchange_;
   VacTieHash hash_;
   std::size_t max_found_;
-  std::vector<Part> parts_;
+  std::vector<std::uint8_t> fits_;  // of each part: whether its scan found no more than it may
 };
 
 }  // namespace noiseloom

@@ -15,8 +15,6 @@ namespace {
 constexpr std::int64_t line_words = VacLayout::line_words;
 constexpr std::int64_t leaf_cells = VacLayout::leaf_cells;
 
-bool contains_x(const VacGroupKernel& group) { return group.axis0 == 0; }
-
 }  // namespace
 
 VacWords allocate_words(std::size_t count) {
@@ -40,7 +38,9 @@ VacField::VacField(const VacSpec& spec, const VacKernel& kernel, std::int32_t sl
       kernel_(kernel),
       num_words_(static_cast<std::size_t>((slice_end - slice_begin) * layout_.slice_words + line_words)),
       data_(allocate_words(num_words_)),
-      bounds_(static_cast<std::size_t>((slice_end - slice_begin) * layout_.leaves + line_words)) {
+      bounds_(static_cast<std::size_t>((slice_end - slice_begin) * layout_.leaves + line_words)),
+      sorter_(layout_, kernel) {
+  for (const VacGroupKernel& group : kernel.groups()) columns_.push_back(VacColumns::make(layout_, group));
   if (layout_.cells >= cells_to_wait && slice_end > slice_begin) pending_ = VacPending::make(layout_, kernel_);
   clear();
 }
@@ -205,16 +205,17 @@ class RowsByDifference {
   std::vector<const VacRow*> rows_;
 };
 
-// Pixels of one cache line of their slices.
-std::int64_t line_of(const VacPlace& place) { return place.cell / line_words; }
-
 // Adds the taps of a group without x around all pixels, which are ordered by line: those of one line reach the same
 // lines along the slice axes, so they are taken together; in a plane of two axes row after row, so that the lines of a
 // row are read once.
 template <bool On>
-void add_points(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data,
+void add_points(const VacLayout& layout, const VacGroupKernel& group, const VacColumns* columns, std::uint32_t* data,
                 std::span<const VacPlace> places) {
   const auto add = [](std::uint32_t& word, std::uint32_t weight) { word = On ? word + weight : word - weight; };
+  if (columns != nullptr) {
+    for (const VacPlace& place : places) columns->visit(place, data, add);
+    return;
+  }
   if (group.others.size() != 1) {
     for (const VacPlace& place : places) {
       const Points points(layout, group, data, place);
@@ -227,10 +228,10 @@ void add_points(const VacLayout& layout, const VacGroupKernel& group, std::uint3
   std::vector<Points> together;
   for (std::size_t i = 0; i < places.size();) {
     together.clear();
-    const std::int64_t line = line_of(places[i]);
+    const std::int64_t line = VacLineSorter::line_of(places[i]);
     std::int64_t begin = rows.size();
     std::int64_t end = 0;
-    for (; i < places.size() && line_of(places[i]) == line; ++i) {
+    for (; i < places.size() && VacLineSorter::line_of(places[i]) == line; ++i) {
       const auto present = together.emplace_back(layout, group, data, places[i]).rows_present();
       begin = std::min(begin, present.first);
       end = std::max(end, present.second);
@@ -247,13 +248,18 @@ void add_points(const VacLayout& layout, const VacGroupKernel& group, std::uint3
 
 }  // namespace
 
-template <bool On>
-void VacField::turn(std::span<const std::uint64_t> positions) {
+std::pair<std::size_t, std::size_t> VacField::own(std::span<const std::uint64_t> positions) const {
   const auto cells = static_cast<std::uint64_t>(layout_.cells);
   const auto first =
       std::lower_bound(positions.begin(), positions.end(), cells * static_cast<std::uint64_t>(layout_.slice_begin));
   const auto last = std::lower_bound(first, positions.end(), cells * static_cast<std::uint64_t>(layout_.slice_end));
-  const std::span<const std::uint64_t> own(first, last);
+  return {static_cast<std::size_t>(first - positions.begin()), static_cast<std::size_t>(last - positions.begin())};
+}
+
+template <bool On>
+void VacField::turn_all(std::span<const std::uint64_t> positions, std::span<const VacPlace> by_line) {
+  const auto [first, last] = this->own(positions);
+  const std::span<const std::uint64_t> own = positions.subspan(first, last - first);
   for (const std::uint64_t position : own) data_[index(position)] ^= vac_flag;
   std::span<const std::uint64_t> in_own_slice = own;
   if (!On) settle();
@@ -264,8 +270,9 @@ void VacField::turn(std::span<const std::uint64_t> positions) {
     }
     in_own_slice = at_once_;
   }
-  for (const VacGroupKernel& group : kernel_.groups()) {
-    if (contains_x(group)) {
+  for (std::size_t g = 0; g < kernel_.groups().size(); ++g) {
+    const VacGroupKernel& group = kernel_.groups()[g];
+    if (group.contains_x()) {
       const bool in_slice = group.others.empty() || group.others.back() == 1;
       vac_simd::add_rows(layout_, group, data_.get(), On,
                          VacPending::waits(group) ? in_own_slice
@@ -273,40 +280,35 @@ void VacField::turn(std::span<const std::uint64_t> positions) {
                                                   : positions);
       continue;
     }
-    order_by_line(positions);
-    add_points<On>(layout_, group, data_.get(), by_line_);
+    add_points<On>(layout_, group, columns_[g] ? &*columns_[g] : nullptr, data_.get(), by_line);
   }
   if (!On || !pending_) return;
   pending_->end_batch();
   if (pending_->is_full()) settle();
 }
 
-// Fills by_line_. By counting, unless there are far more lines than pixels.
-void VacField::order_by_line(std::span<const std::uint64_t> positions) {
-  places_.clear();
-  for (const std::uint64_t position : positions) places_.push_back(layout_.place(position));
-  const auto num_lines = static_cast<std::size_t>(layout_.cells / line_words + 1);
-  by_line_.resize(places_.size());
-  if (num_lines > 8 * places_.size()) {
-    by_line_ = places_;
-    std::sort(by_line_.begin(), by_line_.end(),
-              [](const VacPlace& a, const VacPlace& b) { return line_of(a) < line_of(b); });
-    return;
+void VacField::turn(bool on, std::span<const std::uint64_t> positions, std::span<const VacPlace> by_line) {
+  if (on) {
+    turn_all<true>(positions, by_line);
+  } else {
+    turn_all<false>(positions, by_line);
   }
-  line_ends_.assign(num_lines + 1, 0);
-  for (const VacPlace& place : places_) ++line_ends_[static_cast<std::size_t>(line_of(place)) + 1];
-  for (std::size_t i = 0; i < num_lines; ++i) line_ends_[i + 1] += line_ends_[i];
-  for (const VacPlace& place : places_) by_line_[line_ends_[static_cast<std::size_t>(line_of(place))]++] = place;
 }
 
-void VacField::turn_on(std::span<const std::uint64_t> positions) { turn<true>(positions); }
-void VacField::turn_off(std::span<const std::uint64_t> positions) { turn<false>(positions); }
+void VacField::turn_on(std::span<const std::uint64_t> positions) {
+  sorter_.sort(positions, by_line_);
+  turn(true, positions, by_line_);
+}
+void VacField::turn_off(std::span<const std::uint64_t> positions) {
+  sorter_.sort(positions, by_line_);
+  turn(false, positions, by_line_);
+}
 
 template <bool On>
 static void turn_watching(const VacLayout& layout, const VacKernel& kernel, std::uint32_t* data, std::uint64_t position,
                           std::uint32_t limit, std::vector<std::size_t>& hits) {
   for (const VacGroupKernel& group : kernel.groups()) {
-    if (contains_x(group)) {
+    if (group.contains_x()) {
       vac_simd::add_rows_watching(layout, group, data, On, position, limit, hits);
       continue;
     }
@@ -355,16 +357,21 @@ std::span<const std::uint32_t> VacField::bounds() const {
   return std::span(bounds_).first(bounds_.size() - static_cast<std::size_t>(line_words));
 }
 
-bool VacField::scan(VacView view, const VacTieHash& hash, std::uint64_t limit, std::size_t max_found,
-                    std::vector<VacCandidate>& found) {
-  found.clear();
+bool VacField::scan(VacView view, const VacTieHash& hash, std::uint64_t limit, std::size_t max_found) {
+  end_of_batch();
+  view_ = view;
   return vac_simd::scan_leaves(layout_, data_.get(), pending_ ? &*pending_ : nullptr, view, hash, limit, max_found,
-                               bounds_.data(), found);
+                               bounds_.data(), found_);
 }
 
-void VacField::lower_bound_to(std::uint64_t position, std::uint32_t value) {
-  std::uint32_t& bound = bounds_[leaf(position)];
-  bound = std::min(bound, value);
+void VacField::end_of_batch() {
+  const auto flip = static_cast<std::uint32_t>(view_);
+  for (const VacCandidate& c : found_) {
+    const std::uint32_t value = data_[index(c.position)] ^ flip;  // at least: it is higher where picks wait
+    std::uint32_t& bound = bounds_[leaf(c.position)];
+    if (value < vac_flag) bound = std::min(bound, value);
+  }
+  found_.clear();
 }
 
 }  // namespace noiseloom

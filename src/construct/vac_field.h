@@ -13,11 +13,14 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "construct/vac_columns.h"
 #include "construct/vac_kernel.h"
 #include "construct/vac_layout.h"
 #include "construct/vac_pending.h"
+#include "construct/vac_portion.h"
 
 namespace noiseloom {
 
@@ -56,9 +59,12 @@ class VacField {
 
   // All off, all energies zero.
   void clear();
-  // Pixels of any slices, ascending; they act on the slices of this field.
+  // Pixels of any slices, ascending; they act on the slices of this field. `by_line`: the same, by line.
+  void turn(bool on, std::span<const std::uint64_t> positions, std::span<const VacPlace> by_line);
   void turn_on(std::span<const std::uint64_t> positions);
   void turn_off(std::span<const std::uint64_t> positions);
+  // [begin, end) of ascending positions: those of this field.
+  std::pair<std::size_t, std::size_t> own(std::span<const std::uint64_t> positions) const;
 
   // Turns one pixel of any slice on (off) at once, and appends to `hits` the pixels of this field that are on (off) and
   // whose word thereby rose to at least (fell to at most) `limit`.
@@ -68,20 +74,19 @@ class VacField {
   // Recomputes all bounds for `view`.
   void refresh_bounds(VacView view);
   std::span<const std::uint32_t> bounds() const;
-  // Replaces `found` by all pixels with key <= `limit`, ascending in position. False, with some of them, when there are
-  // more than `max_found`.
-  bool scan(VacView view, const VacTieHash& hash, std::uint64_t limit, std::size_t max_found,
-            std::vector<VacCandidate>& found);
-  // A pixel that a scan found has this value now and was not picked.
-  void lower_bound_to(std::uint64_t position, std::uint32_t value);
+  // Finds all pixels with key <= `limit`. False, with some of them, when there are more than `max_found`. What is found
+  // is left out of the bounds until end_of_batch() takes up again what was not picked.
+  bool scan(VacView view, const VacTieHash& hash, std::uint64_t limit, std::size_t max_found);
+  // By the last scan, ascending in position.
+  const std::vector<VacCandidate>& found() const { return found_; }
+  void end_of_batch();
 
  private:
   std::size_t index(std::uint64_t position) const;
   std::size_t leaf(std::uint64_t position) const;
-  void order_by_line(std::span<const std::uint64_t> positions);
   void settle();
   template <bool On>
-  void turn(std::span<const std::uint64_t> positions);
+  void turn_all(std::span<const std::uint64_t> positions, std::span<const VacPlace> by_line);
   template <bool On>
   void turn_one(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits);
 
@@ -91,10 +96,12 @@ class VacField {
   VacWords data_;
   std::vector<std::uint32_t> bounds_;
   std::optional<VacPending> pending_;
-  std::vector<std::uint64_t> at_once_;  // of a call of turn: pixels that cannot wait
-  std::vector<VacPlace> places_;        // of a call of turn
-  std::vector<VacPlace> by_line_;
-  std::vector<std::uint32_t> line_ends_;
+  std::vector<std::optional<VacColumns>> columns_;  // of each group that is along one slice axis
+  std::vector<std::uint64_t> at_once_;              // of a call of turn: pixels that cannot wait
+  VacLineSorter sorter_;
+  std::vector<VacPlace> by_line_;  // of a call without
+  VacView view_ = VacView::voids;  // of the last scan
+  std::vector<VacCandidate> found_;
   std::vector<std::size_t> watched_;
 };
 

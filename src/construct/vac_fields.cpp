@@ -1,6 +1,7 @@
 #include "construct/vac_fields.h"
 
 #include <algorithm>
+#include <thread>
 
 #include "noiseloom/core/partition.h"
 
@@ -8,7 +9,7 @@ namespace noiseloom {
 
 VacFields::VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t begin, std::int32_t end,
                      ThreadPool& pool)
-    : pool_(pool) {
+    : pool_(pool), sorter_(VacLayout(spec, begin, end), kernel) {
   const auto cells = static_cast<std::uint64_t>(spec.extents.cells_per_slice());
   begin_ = cells * static_cast<std::uint64_t>(begin);
   end_ = cells * static_cast<std::uint64_t>(end);
@@ -17,6 +18,7 @@ VacFields::VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t 
     parts_.emplace_back(spec, kernel, begin + split.begin(i), begin + split.end(i));
     part_ends_.push_back(cells * static_cast<std::uint64_t>(begin + split.end(i)));
   }
+  progress_ = std::vector<Progress>(parts_.size());
 }
 
 VacField& VacFields::part_of(std::uint64_t position) {
@@ -47,6 +49,84 @@ void VacFields::turn_off(std::span<const std::uint64_t> positions) {
 }
 void VacFields::refresh_bounds(VacView view) {
   for_each([&](VacField& part, std::size_t) { part.refresh_bounds(view); });
+}
+
+// Brings one part up to the portions that have come. False where there is nothing to do, or others are at it.
+bool VacFields::lend_a_hand(bool on, std::size_t start, const Turned& turned) {
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const std::size_t p = (start + i) % parts_.size();
+    Progress& progress = progress_[p];
+    const bool complete = complete_.load(std::memory_order_acquire);
+    const std::size_t have = num_portions_.load(std::memory_order_acquire);
+    const auto idle = [&] {
+      return progress.num_done.load(std::memory_order_relaxed) == have && (!complete || progress.ended);
+    };
+    if (idle()) continue;
+    if (progress.taken.exchange(true, std::memory_order_acquire)) continue;
+    const std::size_t next = progress.num_done.load(std::memory_order_relaxed);
+    const bool work = !idle();
+    if (next < have) {
+      const VacPortion& portion = portions_[next];
+      const auto [first, last] = parts_[p].own(portion.positions);
+      parts_[p].turn(on, portion.positions, portion.by_line);
+      turned(portion, first, last);
+      progress.num_done.store(next + 1, std::memory_order_relaxed);
+    }
+    if (work && complete && progress.num_done.load(std::memory_order_relaxed) == have) {
+      parts_[p].end_of_batch();
+      progress.ended.store(true, std::memory_order_release);
+    }
+    progress.taken.store(false, std::memory_order_release);
+    if (work) return true;
+  }
+  return false;
+}
+
+bool VacFields::all_ended() const {
+  return std::ranges::all_of(progress_, [](const Progress& p) { return p.ended.load(std::memory_order_acquire); });
+}
+
+void VacFields::turn_as_they_come(bool on, const std::function<bool(VacPortion&)>& next, const Turned& turned) {
+  for (Progress& progress : progress_) {
+    progress.num_done = 0;
+    progress.ended = false;
+  }
+  num_portions_ = 0;
+  complete_ = false;
+  const auto hand_on = [&] {
+    for (std::size_t n = 0; n < most_portions && next(portions_[n]); ++n) {
+      sorter_.sort(portions_[n].positions, portions_[n].by_line);
+      num_portions_.store(n + 1, std::memory_order_release);
+    }
+  };
+  const auto help = [&](int worker) {
+    const std::size_t start =
+        parts_.size() * static_cast<std::size_t>(worker) / static_cast<std::size_t>(pool_.num_threads());
+    for (;;) {
+      if (lend_a_hand(on, start, turned)) continue;
+      if (all_ended()) return;
+      std::this_thread::yield();
+    }
+  };
+  if (!has_helpers()) {
+    hand_on();
+    complete_.store(true, std::memory_order_release);
+    return help(0);
+  }
+  // As many bodies as threads, and one that helps stays to the end: so each thread has one, this thread among them.
+  pool_.for_each(pool_.num_threads(), [&](std::int64_t, int worker) {
+    if (worker == 0) {
+      try {
+        hand_on();
+      } catch (...) {
+        complete_.store(true, std::memory_order_release);
+        help(worker);
+        throw;
+      }
+      complete_.store(true, std::memory_order_release);
+    }
+    help(worker);
+  });
 }
 
 }  // namespace noiseloom

@@ -62,7 +62,7 @@ static auto raise_around() { return HWY_DYNAMIC_DISPATCH(RaiseAround); }
 }  // namespace vac_simd
 
 bool VacPlaneBins::suit(const VacLayout& layout, const VacGroupKernel& group) {
-  constexpr std::int64_t most_pixels = 64 * 64;
+  constexpr std::int64_t most_pixels = 128 * 128;
   if (group.others.size() != 1 || group.edges != VacEdges::pass) return false;
   return layout.size[static_cast<std::size_t>(group.axis0)] * layout.size[static_cast<std::size_t>(group.others[0])] <=
          most_pixels;

@@ -1,5 +1,6 @@
-// Candidates by the plane of a group that they lie in, for groups of two axes whose planes are small: then a plane
-// holds few candidates, and looking at all of them by vectors costs less than finding out which are near.
+// Candidates by the plane of a group that they lie in, for groups of two axes whose planes are small (up to
+// 128 x 128): then a plane holds few candidates, and looking at all of them by vectors costs less than finding out
+// which are near.
 #pragma once
 
 #include <array>

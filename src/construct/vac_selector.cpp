@@ -41,18 +41,20 @@ void VacSelector::open_next_bucket() {
   }
 }
 
-void VacSelector::select(VacView view, std::span<const VacCandidate> candidates, std::uint64_t limit,
-                         std::size_t max_picks, std::vector<std::uint32_t>& picks) {
-  picks.clear();
+void VacSelector::begin(VacView view, std::span<const VacCandidate> candidates, std::uint64_t limit) {
   const std::size_t n = candidates.size();
-  if (n == 0) return;
   candidates_ = candidates;
+  num_picked_ = 0;
+  heap_.clear();
+  head_.clear();
+  current_ = 0;
+  if (n == 0) return;
   limit_ = limit;
   mirror_ = static_cast<std::uint32_t>(view);
   at_.resize(n);
   energy_.resize(n);
   next_.resize(n);
-  picked_.assign(n, 0);
+  number_.assign(n, none);
   least_ = std::numeric_limits<std::uint32_t>::max();
   for (std::size_t i = 0; i < n; ++i) {
     const VacLayout::Coord at = layout_.coord(candidates[i].position);
@@ -65,10 +67,12 @@ void VacSelector::select(VacView view, std::span<const VacCandidate> candidates,
   const std::uint32_t range = static_cast<std::uint32_t>(limit >> 32) - least_;
   shift_ = std::max(0, static_cast<int>(std::bit_width(range)) - static_cast<int>(std::bit_width(n)));
   head_.assign(std::size_t{range >> shift_} + 1, none);
-  heap_.clear();
-  current_ = 0;
   for (std::uint32_t i = 0; i < n; ++i) put(i);
-  while (picks.size() < max_picks) {
+}
+
+std::size_t VacSelector::take(std::size_t most) {
+  const std::uint32_t before = num_picked_;
+  while (num_picked_ - before < most) {
     if (heap_.empty()) open_next_bucket();
     if (heap_.empty()) break;
     std::pop_heap(heap_.begin(), heap_.end());
@@ -79,13 +83,13 @@ void VacSelector::select(VacView view, std::span<const VacCandidate> candidates,
       put(i);
       continue;
     }
-    picked_[i] = 1;
-    picks.push_back(i);
+    number_[i] = num_picked_++;
     for (const VacPlaneBins& bins : plane_bins_) bins.raise(at_[i], energy_);
     for (const VacBins& bins : bins_) {
       bins.visit(at_[i], [&](std::uint32_t j, std::uint32_t weight) { energy_[j] += weight; });
     }
   }
+  return num_picked_ - before;
 }
 
 }  // namespace noiseloom

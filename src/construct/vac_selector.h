@@ -20,19 +20,17 @@ class VacSelector {
  public:
   VacSelector(const VacSpec& spec, const VacKernel& kernel);
 
-  // Takes picks from `candidates` (all pixels of the texture with key <= limit, ascending in position) until none is
-  // left below the limit or `max_picks` are taken; for clusters equal keys go by descending position. `picks` becomes
-  // the indices of candidates in the order picked.
-  void select(VacView view, std::span<const VacCandidate> candidates, std::uint64_t limit, std::size_t max_picks,
-              std::vector<std::uint32_t>& picks);
-
-  // After select: whether candidate i was picked, and the value of one that was not.
-  bool picked(std::size_t i) const { return picked_[i] != 0; }
-  std::uint32_t energy(std::size_t i) const { return energy_[i]; }
+  // A new batch: `candidates` are all pixels of the texture with key <= limit, ascending in position, and stay where
+  // they are while picks are taken.
+  void begin(VacView view, std::span<const VacCandidate> candidates, std::uint64_t limit);
+  // The next picks, until none is left below the limit or `most` are taken; for clusters equal keys go by descending
+  // position. How many they are; calls may follow each other.
+  std::size_t take(std::size_t most);
+  // How many of its batch were picked before candidate i; none where it has not been.
+  static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+  std::uint32_t number(std::size_t i) const { return number_[i]; }
 
  private:
-  static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-
   struct Entry {
     std::uint64_t key;
     std::uint32_t order;                                     // index of the candidate, complemented for clusters
@@ -48,7 +46,8 @@ class VacSelector {
   std::vector<VacBins> bins_;             // of the other groups
   std::vector<VacBins::Coord> at_;
   std::vector<std::uint32_t> energy_;
-  std::vector<std::uint8_t> picked_;
+  std::vector<std::uint32_t> number_;
+  std::uint32_t num_picked_ = 0;
 
   // Buckets of equal width in energy, each a list through next_; the one that is being emptied is the heap.
   std::span<const VacCandidate> candidates_;

@@ -196,26 +196,44 @@ struct VoidAndCluster::Impl {
     const bool filling = progress.phase == VacPhase::fill;
     const VacView view = filling ? VacView::voids : VacView::clusters;
     const std::uint64_t limit = search.find(view, open_fraction(), candidates);
-    selector->select(view, candidates, limit, static_cast<std::size_t>(std::min(max_picks, batch_limit)), picks);
-    for (const std::uint32_t i : picks) {
-      const auto place = filling ? progress.num_placed : progress.num_start_points - 1 - progress.num_placed;
-      if (order.has(candidates[i].position)) order.set_place(candidates[i].position, static_cast<std::uint64_t>(place));
-      ++progress.num_placed;
-    }
-    picked.clear();
-    for (std::size_t i = 0; i < candidates.size(); ++i) {
-      if (selector->picked(i)) {
-        picked.push_back(candidates[i].position);
-      } else {
-        fields.lower_bound_to(candidates[i].position, selector->energy(i));
+    selector->begin(view, candidates, limit);
+    const std::int64_t before = progress.num_placed;
+    auto left = static_cast<std::size_t>(std::min(max_picks, batch_limit));
+    std::uint32_t taken = 0;
+    const auto next = [&](VacPortion& portion) {
+      const std::size_t count = selector->take(std::min(left, portion_size(taken)));
+      if (count == 0) return false;
+      left -= count;
+      portion.positions.clear();
+      portion.numbers.clear();
+      for (std::size_t i = 0; i < candidates.size(); ++i) {
+        const std::uint32_t number = selector->number(i);
+        if (number == VacSelector::none || number < taken) continue;
+        portion.positions.push_back(candidates[i].position);
+        portion.numbers.push_back(number);
       }
-    }
-    if (filling) {
-      fields.turn_on(picked);
-    } else {
-      fields.turn_off(picked);
-    }
-    return static_cast<std::int64_t>(picks.size());
+      taken += static_cast<std::uint32_t>(count);
+      return true;
+    };
+    fields.turn_as_they_come(filling, next, [&](const VacPortion& portion, std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
+        const std::int64_t placed = before + portion.numbers[i];
+        const auto place = filling ? placed : progress.num_start_points - 1 - placed;
+        order.set_place(portion.positions[i], static_cast<std::uint64_t>(place));
+      }
+    });
+    progress.num_placed += taken;
+    return taken;
+  }
+
+  // How many picks to hand on at once when so many of the batch have been: enough to be turned in an order that the
+  // caches like, and at first fewer, for others to begin with. (128x128x64 on two threads: quarters 1.35 times as fast
+  // as one thread, sixths and eighths 1.25.)
+  std::size_t portion_size(std::uint32_t taken) const {
+    if (!fields.has_helpers()) return candidates.size();
+    constexpr std::size_t fewest = 64;
+    const std::size_t n = candidates.size();
+    return std::max(taken == 0 ? n / 8 : n / 4, fewest);
   }
 
   void advance(std::int64_t max_picks) {
@@ -244,7 +262,7 @@ struct VoidAndCluster::Impl {
   double open_fraction() const {
     const bool has_far_plane = std::any_of(kernel.groups().begin(), kernel.groups().end(),
                                            [](const auto& group) { return group.axis0 != 0 && !group.others.empty(); });
-    return has_far_plane ? 0.4 : 0.1;
+    return has_far_plane ? 0.4 : 0.2;
   }
 
   const Communicator& communicator;
@@ -263,8 +281,6 @@ struct VoidAndCluster::Impl {
   std::optional<VacSwapper> swapper;    // swap
   std::optional<VacSelector> selector;  // drain, fill
   std::vector<VacCandidate> candidates;
-  std::vector<std::uint32_t> picks;
-  std::vector<std::uint64_t> picked;
 };
 
 namespace {

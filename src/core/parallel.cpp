@@ -18,11 +18,12 @@ namespace noiseloom {
 
 struct ThreadPool::Impl {
   std::vector<std::thread> threads;
+  int looks = 0;  // for what another thread will do, before this one sleeps
   std::mutex mutex;
   std::condition_variable wake;
   std::condition_variable done;
-  std::uint64_t generation = 0;
-  std::size_t busy = 0;
+  std::atomic<std::uint64_t> generation{0};  // written under the mutex, like `busy`
+  std::atomic<std::size_t> busy{0};
   bool quit = false;
   const std::function<void(std::int64_t, int)>* body = nullptr;
   std::int64_t count = 0;
@@ -43,6 +44,12 @@ struct ThreadPool::Impl {
     }
   }
 
+  // To be woken takes longer than many a body: what follows soon is waited for awake, in turns with other programs.
+  template <class Ready>
+  void look_for(const Ready& ready) const {
+    for (int left = looks; left > 0 && !ready(); --left) std::this_thread::yield();
+  }
+
   void join() {
     {
       const std::lock_guard lock(mutex);
@@ -55,6 +62,7 @@ struct ThreadPool::Impl {
   void run_worker(int worker) {
     std::uint64_t seen = 0;
     for (;;) {
+      look_for([&] { return generation.load(std::memory_order_relaxed) != seen; });
       {
         std::unique_lock lock(mutex);
         wake.wait(lock, [&] { return quit || generation != seen; });
@@ -69,7 +77,9 @@ struct ThreadPool::Impl {
 };
 
 ThreadPool::ThreadPool(int num_threads) : impl_(std::make_unique<Impl>()) {
+  constexpr int usual_looks = 200;  // some 50 to 100 microseconds
   NOISELOOM_CHECK_LE(1, num_threads);
+  if (num_threads <= num_available_processors()) impl_->looks = usual_looks;
   try {
     for (int worker = 1; worker < num_threads; ++worker) {
       impl_->threads.emplace_back([impl = impl_.get(), worker] { impl->run_worker(worker); });
@@ -98,6 +108,7 @@ void ThreadPool::for_each(std::int64_t count, const std::function<void(std::int6
   if (shared) impl_->wake.notify_all();
   impl_->work(0);
   if (shared) {
+    impl_->look_for([&] { return impl_->busy.load(std::memory_order_relaxed) == 0; });
     std::unique_lock lock(impl_->mutex);
     impl_->done.wait(lock, [&] { return impl_->busy == 0; });
   }

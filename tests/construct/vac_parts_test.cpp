@@ -122,8 +122,8 @@ TEST(VacField, HoldsSlicesBeyondFourBillionPixels) {
   many.refresh_bounds(VacView::voids);
   for (std::uint64_t p = 61 * 4096; p < 64 * 4096; ++p) ASSERT_EQ(many.word(p + shift), few.word(p));
   EXPECT_GT(few.word(5 + 63 * 4096), 0U);  // around the torus
-  std::vector<VacCandidate> found;
-  ASSERT_TRUE(many.scan(VacView::voids, VacTieHash(1), std::uint64_t{1} << 32, 100000, found));
+  ASSERT_TRUE(many.scan(VacView::voids, VacTieHash(1), std::uint64_t{1} << 32, 100000));
+  const std::vector<VacCandidate>& found = many.found();
   ASSERT_FALSE(found.empty());
   for (const VacCandidate& c : found) ASSERT_EQ(c.hash, VacTieHash(1)(c.position));
   EXPECT_GT(found.front().position, std::uint64_t{1} << 41);

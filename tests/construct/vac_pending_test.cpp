@@ -38,8 +38,6 @@ void expect_waiting_changes_nothing(const VacSpec& spec, std::int32_t begin, std
   std::shuffle(left.begin(), left.end(), random);
   std::sort(left.end() - 3000, left.end());  // the batches at the back, which come first
   const VacTieHash hash(spec.seed);
-  std::vector<VacCandidate> found_waiting;
-  std::vector<VacCandidate> found_prompt;
   std::vector<std::uint64_t> batch;
   for (int round = 0; !left.empty(); ++round) {
     const std::size_t count = std::min<std::size_t>(left.size(), 10 + random() % 60);
@@ -52,15 +50,17 @@ void expect_waiting_changes_nothing(const VacSpec& spec, std::int32_t begin, std
     std::vector<std::uint32_t> bounds(prompt.bounds().begin(), prompt.bounds().end());
     std::nth_element(bounds.begin(), bounds.begin() + static_cast<std::ptrdiff_t>(bounds.size() / 8), bounds.end());
     const std::uint64_t limit = (std::uint64_t{bounds[bounds.size() / 8]} << 32) | 0x7FFFFFFFU;
-    ASSERT_TRUE(waiting.scan(VacView::voids, hash, limit, left.size() + count, found_waiting));
-    ASSERT_TRUE(prompt.scan(VacView::voids, hash, limit, left.size() + count, found_prompt));
+    ASSERT_TRUE(waiting.scan(VacView::voids, hash, limit, left.size() + count));
+    ASSERT_TRUE(prompt.scan(VacView::voids, hash, limit, left.size() + count));
+    const std::vector<VacCandidate>& found_waiting = waiting.found();
+    const std::vector<VacCandidate>& found_prompt = prompt.found();
     ASSERT_EQ(found_waiting.size(), found_prompt.size());
     for (std::size_t i = 0; i < found_prompt.size(); ++i) {
       ASSERT_EQ(found_waiting[i].position, found_prompt[i].position);
       ASSERT_EQ(found_waiting[i].key(), found_prompt[i].key());
-      waiting.lower_bound_to(found_prompt[i].position, found_prompt[i].energy);
-      prompt.lower_bound_to(found_prompt[i].position, found_prompt[i].energy);
     }
+    waiting.end_of_batch();
+    prompt.end_of_batch();
     ASSERT_TRUE(std::equal(prompt.bounds().begin(), prompt.bounds().end(), waiting.bounds().begin()));
     if (round == 10) {  // turning off and on again does not wait, and leaves nothing behind
       waiting.turn_off(batch);

@@ -116,6 +116,31 @@ TEST(VoidAndClusterRanks, GiveTheSameInBatchesOfAnySizeAndOnAnyNumberOfThreads) 
   }
 }
 
+// Large enough for batches whose first picks are turned while the last ones are still chosen, and for slices of each
+// kind of bin.
+TEST(VoidAndClusterRanks, GiveTheSameWhereThreadsTurnPicksWhileOthersAreChosen) {
+  const Communicator world = Communicator::world();
+  const Communicator self = Communicator::self();
+  for (const VacSpec& spec : {vac_spec({64, 48, 16}, {{0, 1}, {2}}), vac_spec({24, 16, 9, 8}, {{0, 1}, {2, 3}}),
+                              vac_spec({40, 30, 20}, {{0, 1, 2}})}) {
+    ThreadPool one(1);
+    VoidAndCluster alone(spec, self, one);
+    alone.start();
+    alone.advance(everything);
+    const auto expected = ranks_of(alone, self);
+    for (const int threads : {2, 3}) {
+      for (const std::int64_t batch : {std::int64_t{200}, everything}) {
+        ThreadPool pool(threads);
+        VoidAndCluster run(spec, world, pool);
+        run.limit_batches(batch);
+        run.start();
+        while (!run.done()) run.advance(10'007);
+        EXPECT_EQ(ranks_of(run, world), expected) << threads << " threads, batches of " << batch;
+      }
+    }
+  }
+}
+
 // What one process had at any point goes on on all ranks, and the other way round.
 TEST(VoidAndClusterRanks, GoOnFromTheOrderOfAnotherNumberOfRanks) {
   const Communicator world = Communicator::world();

@@ -44,6 +44,7 @@
 //          and carries them out in its own slices. Four collectives of MPI's a batch, which is hundreds to tens of
 //          thousands of picks. Exact because keys only rise while pixels are turned on (off): all that the picks up to
 //          the limit depend on are the candidates (vac_selector.h). Limits change where batches end, not the picks.
+//          Within a rank one thread takes the picks, and the others carry out those that there are meanwhile.
 // So all decisions are made from the same integers on every rank, and no rank or thread count can change them.
 #pragma once
 
