@@ -1,6 +1,7 @@
 #include "construct/vac_candidates.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace noiseloom {
 namespace {
@@ -25,9 +26,8 @@ void sample_bounds(VacFields& fields, std::size_t stride, std::vector<std::uint3
 VacSearch::VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash& hash, std::size_t max_found)
     : fields_(fields), exchange_(exchange), hash_(hash), max_found_(max_found), fits_(fields.num_parts()) {}
 
-// The median of what the ranks find right for their own slices: slices are alike, and any limit gives the same picks. 0
-// when no leaf of any rank has a pixel left.
-std::uint64_t VacSearch::propose(double fraction) {
+// What this rank finds right for its own slices; none when no leaf of them has a pixel left.
+std::uint64_t VacSearch::own_proposal(double fraction) {
   constexpr std::size_t num_samples = 1024;
   const std::size_t own_leaves = fields_.num_leaves();
   std::vector<std::uint32_t> sample;
@@ -38,12 +38,27 @@ std::uint64_t VacSearch::propose(double fraction) {
     std::nth_element(sample.begin(), sample.begin() + rank, sample.end());
     own = (std::uint64_t{sample[static_cast<std::size_t>(rank)]} << 32) | 0xFFFFFFFFU;
   }
-  auto all = exchange_.gather(std::span(&own, 1));
+  return own;
+}
+
+// The median of what the ranks find right: slices are alike, and any limit gives the same picks. 0 when no leaf of any
+// rank has a pixel left.
+std::uint64_t VacSearch::agreed(std::vector<std::uint64_t> all) {
   std::erase(all, none);
   if (all.empty()) return 0;
   const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
   std::nth_element(all.begin(), middle, all.end());
   return *middle;
+}
+
+std::uint64_t VacSearch::propose(double fraction) {
+  const std::uint64_t own = own_proposal(fraction);
+  return agreed(exchange_.gather(std::span(&own, 1)));
+}
+
+void VacSearch::refresh_bounds(VacView view) {
+  fields_.refresh_bounds(view);
+  next_limit_ = 0;
 }
 
 // After a scan that found too many: a limit that the parts of this rank would have kept to.
@@ -62,7 +77,9 @@ std::uint64_t VacSearch::lower_limit() {
 
 std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCandidate>& found) {
   found.clear();
-  std::uint64_t limit = propose(fraction);
+  std::uint64_t limit = next_limit_ != 0 ? std::exchange(next_limit_, 0) : propose(fraction);
+  std::vector<std::byte> bytes;
+  std::vector<int> bytes_of_ranks;
   while (limit != 0) {
     fields_.for_each([&](VacField& field, std::size_t i) {
       const std::size_t most = max_found_ > 0 ? max_found_ : std::max<std::size_t>(4096, field.bounds().size());
@@ -74,13 +91,24 @@ std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCand
       total += fields_.part(i).found().size();
       fits = fits && fits_[i] != 0;
     }
-    const std::uint64_t own[] = {total, fits ? 0U : 1U};
-    const auto all = exchange_.gather(own);
-    total = 0;
-    fits = true;
-    for (std::size_t i = 0; i < all.size(); i += 2) {
-      total += all[i];
-      fits = fits && all[i + 1] == 0;
+    if (!exchange_.alone()) {
+      bytes.clear();
+      const VacPacker packer(limit);
+      for (std::size_t i = 0; fits && i < fields_.num_parts(); ++i) packer.pack(fields_.part(i).found(), bytes);
+      // Collectives cost more than what they carry, so this one has the next limit too.
+      const std::uint64_t own[] = {total, fits ? 0U : 1U, bytes.size(), own_proposal(fraction)};
+      const auto all = exchange_.gather(own);
+      total = 0;
+      fits = true;
+      bytes_of_ranks.clear();
+      std::vector<std::uint64_t> proposals;
+      for (std::size_t i = 0; i < all.size(); i += std::size(own)) {
+        total += all[i];
+        fits = fits && all[i + 1] == 0;
+        bytes_of_ranks.push_back(narrow<int>(all[i + 2]));
+        proposals.push_back(all[i + 3]);
+      }
+      next_limit_ = agreed(std::move(proposals));
     }
     if (!fits) {
       const std::uint64_t lower = lower_limit();
@@ -100,10 +128,7 @@ std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCand
     }
     return limit;
   }
-  const VacPacker packer(limit);
-  std::vector<std::byte> bytes;
-  for (std::size_t i = 0; i < fields_.num_parts(); ++i) packer.pack(fields_.part(i).found(), bytes);
-  packer.unpack(exchange_.gather(bytes), view, hash_, found);
+  VacPacker(limit).unpack(exchange_.gather(bytes, bytes_of_ranks), view, hash_, found);
   return limit;
 }
 

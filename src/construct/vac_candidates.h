@@ -15,10 +15,16 @@ class VacSearch {
 
   // Replaces `found` by all pixels of the texture with a key up to the limit that is returned, ascending in position;
   // at least one unless none is left. The limit is such that a share of about `fraction` of the leaves may reach it,
-  // going by their bounds. Bounds must be right for `view`. The same on every rank. *Collective*
+  // going by their bounds, as they are now or were after the last search. Bounds must be right for `view`. The same on
+  // every rank. *Collective*
   std::uint64_t find(VacView view, double fraction, std::vector<VacCandidate>& found);
 
+  // Recomputes all bounds for `view`: before the first search, and where pixels were turned the other way since.
+  void refresh_bounds(VacView view);
+
  private:
+  std::uint64_t own_proposal(double fraction);
+  static std::uint64_t agreed(std::vector<std::uint64_t> all);
   std::uint64_t propose(double fraction);
   std::uint64_t lower_limit();
 
@@ -26,6 +32,7 @@ class VacSearch {
   VacExchange& exchange_;
   VacTieHash hash_;
   std::size_t max_found_;
+  std::uint64_t next_limit_ = 0;    // what the ranks have agreed on for the next search; 0: nothing
   std::vector<std::uint8_t> fits_;  // of each part: whether its scan found no more than it may
 };
 

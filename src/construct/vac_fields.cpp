@@ -1,6 +1,7 @@
 #include "construct/vac_fields.h"
 
 #include <algorithm>
+#include <chrono>
 #include <thread>
 
 #include "noiseloom/core/partition.h"
@@ -86,7 +87,8 @@ bool VacFields::all_ended() const {
   return std::ranges::all_of(progress_, [](const Progress& p) { return p.ended.load(std::memory_order_acquire); });
 }
 
-void VacFields::turn_as_they_come(bool on, const std::function<bool(VacPortion&)>& next, const Turned& turned) {
+void VacFields::turn_as_they_come(bool on, bool streamed, const std::function<bool(VacPortion&)>& next,
+                                  const Turned& turned) {
   for (Progress& progress : progress_) {
     progress.num_done = 0;
     progress.ended = false;
@@ -102,16 +104,24 @@ void VacFields::turn_as_they_come(bool on, const std::function<bool(VacPortion&)
   const auto help = [&](int worker) {
     const std::size_t start =
         parts_.size() * static_cast<std::size_t>(worker) / static_cast<std::size_t>(pool_.num_threads());
-    for (;;) {
-      if (lend_a_hand(on, start, turned)) continue;
+    constexpr int looks_awake = 64;  // then the processor is left to programs that have work for it
+    for (int idle = 0;; ++idle) {
+      if (lend_a_hand(on, start, turned)) idle = 0;
       if (all_ended()) return;
-      std::this_thread::yield();
+      if (idle > looks_awake) {
+        std::this_thread::sleep_for(std::chrono::microseconds(50));
+      } else if (idle > 0) {
+        std::this_thread::yield();
+      }
     }
   };
-  if (!has_helpers()) {
+  if (!streamed) {
     hand_on();
     complete_.store(true, std::memory_order_release);
-    return help(0);
+    return for_each([&](VacField&, std::size_t part) {
+      while (lend_a_hand(on, part, turned)) {
+      }
+    });
   }
   // As many bodies as threads, and one that helps stays to the end: so each thread has one, this thread among them.
   pool_.for_each(pool_.num_threads(), [&](std::int64_t, int worker) {

@@ -43,8 +43,10 @@ class VacFields {
   // end all is done, and the batch of each part ended. Where `next` throws, what came before is done and the exception
   // goes on.
   static constexpr std::size_t most_portions = 16;
-  void turn_as_they_come(bool on, const std::function<bool(VacPortion&)>& next,
+  void turn_as_they_come(bool on, bool streamed, const std::function<bool(VacPortion&)>& next,
                          const std::function<void(const VacPortion&, std::size_t first, std::size_t last)>& turned);
+  // Not `streamed`: all threads begin when all portions are there, which costs less for few picks. Streamed: requires
+  // has_helpers().
   bool has_helpers() const { return pool_.num_threads() > 1 && parts_.size() > 1; }
 
  private:

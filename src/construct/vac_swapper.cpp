@@ -21,7 +21,7 @@ VacSwapper::VacSwapper(VacFields& fields, VacExchange& exchange, const VacTieHas
 
 void VacSwapper::fill(Side& side) {
   constexpr double fraction = 0.25;
-  fields_.refresh_bounds(side.view);
+  own_search_.refresh_bounds(side.view);
   side.limit = own_search_.find(side.view, fraction, side.heap);
   std::make_heap(side.heap.begin(), side.heap.end(), Later{side.view});
 }

@@ -142,7 +142,7 @@ struct VoidAndCluster::Impl {
   void enter_picking() {
     swapper.reset();
     selector.emplace(spec, kernel);
-    fields.refresh_bounds(progress.phase == VacPhase::fill ? VacView::voids : VacView::clusters);
+    search.refresh_bounds(progress.phase == VacPhase::fill ? VacView::voids : VacView::clusters);
   }
 
   // The pixels that are on travel as one bit for each pixel, and only so many at once that their positions take little
@@ -200,8 +200,10 @@ struct VoidAndCluster::Impl {
     const std::int64_t before = progress.num_placed;
     auto left = static_cast<std::size_t>(std::min(max_picks, batch_limit));
     std::uint32_t taken = 0;
+    constexpr std::size_t fewest_to_stream = 256;
+    const bool streamed = fields.has_helpers() && std::min(left, candidates.size()) >= fewest_to_stream;
     const auto next = [&](VacPortion& portion) {
-      const std::size_t count = selector->take(std::min(left, portion_size(taken)));
+      const std::size_t count = selector->take(std::min(left, streamed ? portion_size(taken) : left));
       if (count == 0) return false;
       left -= count;
       portion.positions.clear();
@@ -215,13 +217,14 @@ struct VoidAndCluster::Impl {
       taken += static_cast<std::uint32_t>(count);
       return true;
     };
-    fields.turn_as_they_come(filling, next, [&](const VacPortion& portion, std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) {
-        const std::int64_t placed = before + portion.numbers[i];
-        const auto place = filling ? placed : progress.num_start_points - 1 - placed;
-        order.set_place(portion.positions[i], static_cast<std::uint64_t>(place));
-      }
-    });
+    fields.turn_as_they_come(filling, streamed, next,
+                             [&](const VacPortion& portion, std::size_t first, std::size_t last) {
+                               for (std::size_t i = first; i < last; ++i) {
+                                 const std::int64_t placed = before + portion.numbers[i];
+                                 const auto place = filling ? placed : progress.num_start_points - 1 - placed;
+                                 order.set_place(portion.positions[i], static_cast<std::uint64_t>(place));
+                               }
+                             });
     progress.num_placed += taken;
     return taken;
   }
@@ -230,7 +233,6 @@ struct VoidAndCluster::Impl {
   // caches like, and at first fewer, for others to begin with. (128x128x64 on two threads: quarters 1.35 times as fast
   // as one thread, sixths and eighths 1.25.)
   std::size_t portion_size(std::uint32_t taken) const {
-    if (!fields.has_helpers()) return candidates.size();
     constexpr std::size_t fewest = 64;
     const std::size_t n = candidates.size();
     return std::max(taken == 0 ? n / 8 : n / 4, fewest);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -18,7 +19,7 @@ namespace noiseloom {
 
 struct ThreadPool::Impl {
   std::vector<std::thread> threads;
-  int looks = 0;  // for what another thread will do, before this one sleeps
+  std::chrono::microseconds patience{0};  // with another thread, before this one sleeps
   std::mutex mutex;
   std::condition_variable wake;
   std::condition_variable done;
@@ -44,10 +45,13 @@ struct ThreadPool::Impl {
     }
   }
 
-  // To be woken takes longer than many a body: what follows soon is waited for awake, in turns with other programs.
+  // To be woken takes longer than many a body: what follows soon is waited for awake. By the clock, as other programs
+  // may be on the processor between two looks.
   template <class Ready>
   void look_for(const Ready& ready) const {
-    for (int left = looks; left > 0 && !ready(); --left) std::this_thread::yield();
+    if (patience.count() == 0) return;
+    const auto end = std::chrono::steady_clock::now() + patience;
+    while (!ready() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
   }
 
   void join() {
@@ -77,9 +81,9 @@ struct ThreadPool::Impl {
 };
 
 ThreadPool::ThreadPool(int num_threads) : impl_(std::make_unique<Impl>()) {
-  constexpr int usual_looks = 200;  // some 50 to 100 microseconds
+  constexpr std::chrono::microseconds usual_patience{100};
   NOISELOOM_CHECK_LE(1, num_threads);
-  if (num_threads <= num_available_processors()) impl_->looks = usual_looks;
+  if (num_threads <= num_available_processors()) impl_->patience = usual_patience;
   try {
     for (int worker = 1; worker < num_threads; ++worker) {
       impl_->threads.emplace_back([impl = impl_.get(), worker] { impl->run_worker(worker); });

@@ -222,8 +222,15 @@ std::vector<std::byte> Communicator::gather_all(std::span<const std::byte> own) 
   if (size() == 1) return {own.begin(), own.end()};
   const int count = narrow<int>(own.size());
   std::vector<int> counts(static_cast<std::size_t>(size()));
-  const Activity waiting = waiting_for_all();
-  check_mpi(MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, impl_->comm), "MPI_Allgather");
+  {
+    const Activity waiting = waiting_for_all();
+    check_mpi(MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, impl_->comm), "MPI_Allgather");
+  }
+  return gather_all(own, counts);
+}
+
+std::vector<std::byte> Communicator::gather_all(std::span<const std::byte> own, std::span<const int> counts) const {
+  NOISELOOM_CHECK_EQ(narrow<int>(counts.size()), size());
   std::vector<int> starts;
   std::int64_t total = 0;
   for (const int part : counts) {
@@ -231,9 +238,10 @@ std::vector<std::byte> Communicator::gather_all(std::span<const std::byte> own) 
     total += part;
   }
   std::vector<std::byte> all(static_cast<std::size_t>(total));
-  check_mpi(
-      MPI_Allgatherv(own.data(), count, MPI_BYTE, all.data(), counts.data(), starts.data(), MPI_BYTE, impl_->comm),
-      "MPI_Allgatherv");
+  const Activity waiting = waiting_for_all();
+  check_mpi(MPI_Allgatherv(own.data(), narrow<int>(own.size()), MPI_BYTE, all.data(), counts.data(), starts.data(),
+                           MPI_BYTE, impl_->comm),
+            "MPI_Allgatherv");
   return all;
 }
 

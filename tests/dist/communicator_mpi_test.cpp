@@ -187,6 +187,9 @@ TEST(Communicator, GathersWordsAndBytesInTheOrderOfRanks) {
     expected_words.insert(expected_words.end(), {r, r * r + (std::uint64_t{1} << 40)});
     expected_bytes.insert(expected_bytes.end(), r % 3, static_cast<std::byte>(r));
   }
+  std::vector<int> counts;
+  for (int r = 0; r < world.size(); ++r) counts.push_back(r % 3);
+  EXPECT_EQ(world.gather_all(std::span<const std::byte>(bytes), counts), expected_bytes);
   EXPECT_EQ(all_words, expected_words);
   EXPECT_EQ(all_bytes, expected_bytes);
 }

@@ -41,9 +41,10 @@
 //   swap   each rank offers its best cluster, then its best void: two collectives of 16 bytes a swap.
 //   drain, fill   a batch: the ranks agree on a limit, each finds the pixels of its slices with a key up to it, these
 //          candidates (position and energy, about five bytes each) go to all, every rank takes the same picks from them
-//          and carries them out in its own slices. Four collectives of MPI's a batch, which is hundreds to tens of
-//          thousands of picks. Exact because keys only rise while pixels are turned on (off): all that the picks up to
-//          the limit depend on are the candidates (vac_selector.h). Limits change where batches end, not the picks.
+//          and carries them out in its own slices. Two collectives of MPI's a batch, which is hundreds to tens of
+//          thousands of picks: numbers of bytes and the next limit, then the candidates. Exact because keys only rise
+//          while pixels are turned on (off): all that the picks up to the limit depend on are the candidates
+//          (vac_selector.h). Limits change where batches end, not the picks.
 //          Within a rank one thread takes the picks, and the others carry out those that there are meanwhile.
 // So all decisions are made from the same integers on every rank, and no rank or thread count can change them.
 #pragma once

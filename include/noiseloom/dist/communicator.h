@@ -69,10 +69,11 @@ class Communicator {
   // rank. *Collective*
   std::vector<double> gather_all(const Partition& partition, std::span<const double> own) const;
 
-  // What all ranks give, one rank's after the other's, on every rank: the same number of words of each, or bytes (two
-  // of MPI's collectives, as their numbers travel first). *Collective*
+  // What all ranks give, one rank's after the other's, on every rank: the same number of words of each, or bytes: those
+  // numbers of them that every rank knows, or any (two of MPI's collectives, as the numbers travel first). *Collective*
   std::vector<std::uint64_t> gather_all(std::span<const std::uint64_t> own) const;
   std::vector<std::byte> gather_all(std::span<const std::byte> own) const;
+  std::vector<std::byte> gather_all(std::span<const std::byte> own, std::span<const int> counts) const;
 
   // If any rank has an exception, all throw that of the lowest such rank: UserError as SharedUserError, anything else
   // as SharedEnvironmentError with its words. *Collective*
