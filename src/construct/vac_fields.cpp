@@ -104,14 +104,16 @@ void VacFields::turn_as_they_come(bool on, bool streamed, const std::function<bo
   const auto help = [&](int worker) {
     const std::size_t start =
         parts_.size() * static_cast<std::size_t>(worker) / static_cast<std::size_t>(pool_.num_threads());
-    constexpr int looks_awake = 64;  // then the processor is left to programs that have work for it
-    for (int idle = 0;; ++idle) {
-      if (lend_a_hand(on, start, turned)) idle = 0;
-      if (all_ended()) return;
-      if (idle > looks_awake) {
-        std::this_thread::sleep_for(std::chrono::microseconds(50));
-      } else if (idle > 0) {
+    using Clock = std::chrono::steady_clock;
+    constexpr std::chrono::microseconds patience{200};  // then the processor is left to programs that have work for it
+    auto last_work = Clock::now();
+    while (!all_ended()) {
+      if (lend_a_hand(on, start, turned)) {
+        last_work = Clock::now();
+      } else if (Clock::now() - last_work < patience) {
         std::this_thread::yield();
+      } else {
+        std::this_thread::sleep_for(std::chrono::microseconds(50));
       }
     }
   };
