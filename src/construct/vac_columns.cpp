@@ -1,10 +1,15 @@
 #include "construct/vac_columns.h"
 
+#include <algorithm>
+
 namespace noiseloom {
 
 std::optional<VacColumns> VacColumns::make(const VacLayout& layout, const VacGroupKernel& group) {
-  constexpr std::int64_t most_slices = 1 << 16;
-  if (group.axis0 < 2 || !group.others.empty() || layout.num_slices > most_slices) return std::nullopt;
+  constexpr std::int64_t most_taps = 1 << 22;
+  if (group.axis0 < 2 || !group.others.empty()) return std::nullopt;
+  std::int64_t taps = 0;
+  for (const VacRow& row : group.rows) taps += row.lo + row.hi + 1;
+  if (layout.num_slices > most_taps / std::max<std::int64_t>(taps, 1)) return std::nullopt;
   VacColumns result;
   const auto a = static_cast<std::size_t>(group.axis0);
   const std::int64_t step = layout.slice_step[a];

@@ -13,7 +13,7 @@ namespace noiseloom {
 
 class VacColumns {
  public:
-  // Nothing for other groups, and where there are so many slices that the table would be large.
+  // Nothing for other groups, and where slices and taps are so many that the table would be large.
   static std::optional<VacColumns> make(const VacLayout& layout, const VacGroupKernel& group);
 
   // Calls visit(word, weight) for the taps of one pixel, of any slice, in the words of the field.

@@ -350,6 +350,7 @@ void VacField::turn_off_watching(std::uint64_t position, std::uint32_t limit, st
 
 void VacField::refresh_bounds(VacView view) {
   settle();
+  found_.clear();
   vac_simd::leaf_minima(layout_, data_.get(), view, bounds_.data());
 }
 

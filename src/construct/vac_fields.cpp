@@ -87,6 +87,21 @@ bool VacFields::all_ended() const {
   return std::ranges::all_of(progress_, [](const Progress& p) { return p.ended.load(std::memory_order_acquire); });
 }
 
+void VacFields::help_to_the_end(bool on, std::size_t start, const Turned& turned) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::microseconds patience{200};  // then the processor is left to programs that have work for it
+  auto last_work = Clock::now();
+  while (!failed_.load(std::memory_order_relaxed) && !all_ended()) {
+    if (lend_a_hand(on, start, turned)) {
+      last_work = Clock::now();
+    } else if (Clock::now() - last_work < patience) {
+      std::this_thread::yield();
+    } else {
+      std::this_thread::sleep_for(std::chrono::microseconds(50));
+    }
+  }
+}
+
 void VacFields::turn_as_they_come(bool on, bool streamed, const std::function<bool(VacPortion&)>& next,
                                   const Turned& turned) {
   for (Progress& progress : progress_) {
@@ -100,26 +115,10 @@ void VacFields::turn_as_they_come(bool on, bool streamed, const std::function<bo
       sorter_.sort(portions_[n].positions, portions_[n].by_line);
       num_portions_.store(n + 1, std::memory_order_release);
     }
-  };
-  const auto help = [&](int worker) {
-    const std::size_t start =
-        parts_.size() * static_cast<std::size_t>(worker) / static_cast<std::size_t>(pool_.num_threads());
-    using Clock = std::chrono::steady_clock;
-    constexpr std::chrono::microseconds patience{200};  // then the processor is left to programs that have work for it
-    auto last_work = Clock::now();
-    while (!all_ended()) {
-      if (lend_a_hand(on, start, turned)) {
-        last_work = Clock::now();
-      } else if (Clock::now() - last_work < patience) {
-        std::this_thread::yield();
-      } else {
-        std::this_thread::sleep_for(std::chrono::microseconds(50));
-      }
-    }
+    complete_.store(true, std::memory_order_release);
   };
   if (!streamed) {
     hand_on();
-    complete_.store(true, std::memory_order_release);
     return for_each([&](VacField&, std::size_t part) {
       while (lend_a_hand(on, part, turned)) {
       }
@@ -127,17 +126,14 @@ void VacFields::turn_as_they_come(bool on, bool streamed, const std::function<bo
   }
   // As many bodies as threads, and one that helps stays to the end: so each thread has one, this thread among them.
   pool_.for_each(pool_.num_threads(), [&](std::int64_t, int worker) {
-    if (worker == 0) {
-      try {
-        hand_on();
-      } catch (...) {
-        complete_.store(true, std::memory_order_release);
-        help(worker);
-        throw;
-      }
-      complete_.store(true, std::memory_order_release);
+    try {
+      if (worker == 0 && !complete_) hand_on();
+      const std::size_t start = parts_.size() * static_cast<std::size_t>(worker);
+      help_to_the_end(on, start / static_cast<std::size_t>(pool_.num_threads()), turned);
+    } catch (...) {
+      failed_ = true;
+      throw;
     }
-    help(worker);
   });
 }
 

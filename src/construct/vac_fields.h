@@ -37,28 +37,28 @@ class VacFields {
   void turn_off(std::span<const std::uint64_t> positions);
   void refresh_bounds(VacView view);
 
-  // Turns pixels on (off) while they are still being picked: calls next(portion) on the calling thread until that fills
-  // in no more, at most `most_portions` times, with positions and numbers; the threads that have nothing to do turn
-  // what has come. `turned` hears of the part's own pixels of a portion, [first, last) of it, from any thread. At the
-  // end all is done, and the batch of each part ended. Where `next` throws, what came before is done and the exception
-  // goes on.
+  // Turns on (off) the pixels of one batch. Calls next(portion), on the calling thread, until that returns false, at
+  // most `most_portions` times; it fills in positions and numbers. `turned` hears, on any thread, of a part's own
+  // pixels of a portion: [first, last) of it. `streamed`, which requires has_helpers(): the other threads turn the
+  // portions that there are while the next ones are picked. Otherwise all begin when the last one is there, which costs
+  // less for few picks. At the end all is done, and the batch of each part ended. Where a call throws, parts are left
+  // behind half done, and the exception goes on.
+  bool has_helpers() const { return pool_.num_threads() > 1 && parts_.size() > 1; }
   static constexpr std::size_t most_portions = 16;
   void turn_as_they_come(bool on, bool streamed, const std::function<bool(VacPortion&)>& next,
                          const std::function<void(const VacPortion&, std::size_t first, std::size_t last)>& turned);
-  // Not `streamed`: all threads begin when all portions are there, which costs less for few picks. Streamed: requires
-  // has_helpers().
-  bool has_helpers() const { return pool_.num_threads() > 1 && parts_.size() > 1; }
 
  private:
   using Turned = std::function<void(const VacPortion&, std::size_t, std::size_t)>;
-  // What a part has of the portions that have come.
+  // How far a part is in the batch.
   struct Progress {
-    std::atomic<bool> taken{false};  // by a thread that works on it
-    std::atomic<std::size_t> num_done{0};
-    std::atomic<bool> ended{false};
+    std::atomic<bool> taken{false};        // by a thread that works on it
+    std::atomic<std::size_t> num_done{0};  // portions
+    std::atomic<bool> ended{false};        // with all of them
   };
   VacField& part_of(std::uint64_t position);
   bool lend_a_hand(bool on, std::size_t start, const Turned& turned);
+  void help_to_the_end(bool on, std::size_t start, const Turned& turned);
   bool all_ended() const;
 
   ThreadPool& pool_;
@@ -66,8 +66,9 @@ class VacFields {
   std::vector<Progress> progress_;
   VacLineSorter sorter_;
   std::array<VacPortion, most_portions> portions_;
-  std::atomic<std::size_t> num_portions_{0};
-  std::atomic<bool> complete_{false};
+  std::atomic<std::size_t> num_portions_{0};  // that have come
+  std::atomic<bool> complete_{false};         // no more will come
+  std::atomic<bool> failed_{false};           // a thread has thrown: nobody waits for its part
   std::vector<std::uint64_t> part_ends_;
   std::uint64_t begin_;
   std::uint64_t end_;

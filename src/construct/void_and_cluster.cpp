@@ -230,8 +230,7 @@ struct VoidAndCluster::Impl {
   }
 
   // How many picks to hand on at once when so many of the batch have been: enough to be turned in an order that the
-  // caches like, and at first fewer, for others to begin with. (128x128x64 on two threads: quarters 1.35 times as fast
-  // as one thread, sixths and eighths 1.25.)
+  // caches like, and at first fewer, for others to begin with.
   std::size_t portion_size(std::uint32_t taken) const {
     constexpr std::size_t fewest = 64;
     const std::size_t n = candidates.size();
