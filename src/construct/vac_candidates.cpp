@@ -23,12 +23,17 @@ void sample_bounds(VacFields& fields, std::size_t stride, std::vector<std::uint3
 
 }  // namespace
 
-VacSearch::VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash& hash, std::size_t max_found)
-    : fields_(fields), exchange_(exchange), hash_(hash), max_found_(max_found), fits_(fields.num_parts()) {}
+VacSearch::VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash& hash)
+    : fields_(fields), exchange_(exchange), hash_(hash) {
+  constexpr std::size_t least = 4096;
+  for (std::size_t i = 0; i < fields.num_parts(); ++i) {
+    max_found_ = std::max({max_found_, least, fields.part(i).bounds().size()});
+  }
+}
 
 // What this rank finds right for its own slices; none when no leaf of them has a pixel left.
 std::uint64_t VacSearch::own_proposal(double fraction) {
-  constexpr std::size_t num_samples = 1024;
+  constexpr std::size_t num_samples = 256;
   const std::size_t own_leaves = fields_.num_leaves();
   std::vector<std::uint32_t> sample;
   sample_bounds(fields_, std::max<std::size_t>(1, own_leaves / num_samples), sample);
@@ -59,13 +64,14 @@ std::uint64_t VacSearch::propose(double fraction) {
 void VacSearch::refresh_bounds(VacView view) {
   fields_.refresh_bounds(view);
   next_limit_ = 0;
+  scanned_ = false;
 }
 
 // After a scan that found too many: a limit that the parts of this rank would have kept to.
 std::uint64_t VacSearch::lower_limit() {
   std::uint64_t limit = none;
   for (std::size_t i = 0; i < fields_.num_parts(); ++i) {
-    if (fits_[i] != 0) continue;
+    if (fields_.part(i).found_all()) continue;
     std::vector<VacCandidate> found = fields_.part(i).found();
     const auto quarter = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 4);
     std::nth_element(found.begin(), quarter, found.end(),
@@ -75,21 +81,28 @@ std::uint64_t VacSearch::lower_limit() {
   return limit;
 }
 
+std::optional<VacScan> VacSearch::scan_ahead(VacView view, double fraction) {
+  if (next_limit_ == 0 && exchange_.alone()) next_limit_ = agreed({own_proposal(fraction)});
+  if (next_limit_ == 0) return std::nullopt;
+  scanned_ = true;
+  return VacScan{view, hash_, next_limit_, max_found_};
+}
+
 std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCandidate>& found) {
   found.clear();
   std::uint64_t limit = next_limit_ != 0 ? std::exchange(next_limit_, 0) : propose(fraction);
   std::vector<std::byte> bytes;
   std::vector<int> bytes_of_ranks;
   while (limit != 0) {
-    fields_.for_each([&](VacField& field, std::size_t i) {
-      const std::size_t most = max_found_ > 0 ? max_found_ : std::max<std::size_t>(4096, field.bounds().size());
-      fits_[i] = field.scan(view, hash_, limit, most) ? 1 : 0;
-    });
+    if (!std::exchange(scanned_, false)) {
+      fields_.for_each(
+          [asked = VacScan{view, hash_, limit, max_found_}](VacField& part, std::size_t) { part.scan(asked); });
+    }
     std::uint64_t total = 0;
     bool fits = true;
     for (std::size_t i = 0; i < fields_.num_parts(); ++i) {
       total += fields_.part(i).found().size();
-      fits = fits && fits_[i] != 0;
+      fits = fits && fields_.part(i).found_all();
     }
     if (!exchange_.alone()) {
       bytes.clear();

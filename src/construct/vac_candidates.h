@@ -2,6 +2,8 @@
 // Every rank looks through its own slices; what it finds travels to all.
 #pragma once
 
+#include <optional>
+
 #include "construct/vac_exchange.h"
 #include "construct/vac_fields.h"
 
@@ -9,15 +11,18 @@ namespace noiseloom {
 
 class VacSearch {
  public:
-  // Fields and exchange must outlive the search. At most `max_found` >= 1 candidates of a part of a rank at a time;
-  // 0: chosen by the number of pixels.
-  VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash& hash, std::size_t max_found = 0);
+  // Fields and exchange must outlive the search.
+  VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash& hash);
 
   // Replaces `found` by all pixels of the texture with a key up to the limit that is returned, ascending in position;
   // at least one unless none is left. The limit is such that a share of about `fraction` of the leaves may reach it,
   // going by their bounds, as they are now or were after the last search. Bounds must be right for `view`. The same on
   // every rank. *Collective*
   std::uint64_t find(VacView view, double fraction, std::vector<VacCandidate>& found);
+
+  // What fields are to be asked, as they turn what was picked from the last search, in order that the next one finds it
+  // done. Nothing where its limit is not known yet. `fraction`: of the next search.
+  std::optional<VacScan> scan_ahead(VacView view, double fraction);
 
   // Recomputes all bounds for `view`: before the first search, and where pixels were turned the other way since.
   void refresh_bounds(VacView view);
@@ -31,9 +36,9 @@ class VacSearch {
   VacFields& fields_;
   VacExchange& exchange_;
   VacTieHash hash_;
-  std::size_t max_found_;
-  std::uint64_t next_limit_ = 0;    // what the ranks have agreed on for the next search; 0: nothing
-  std::vector<std::uint8_t> fits_;  // of each part: whether its scan found no more than it may
+  std::size_t max_found_ = 0;     // of a part
+  std::uint64_t next_limit_ = 0;  // what the ranks have agreed on for the next search; 0: nothing
+  bool scanned_ = false;          // fields were asked for that limit
 };
 
 }  // namespace noiseloom

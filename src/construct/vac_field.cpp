@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "construct/vac_field_simd.h"
+#include "construct/vac_sources.h"
 
 namespace noiseloom {
 namespace {
@@ -38,9 +39,7 @@ VacField::VacField(const VacSpec& spec, const VacKernel& kernel, std::int32_t sl
       kernel_(kernel),
       num_words_(static_cast<std::size_t>((slice_end - slice_begin) * layout_.slice_words + line_words)),
       data_(allocate_words(num_words_)),
-      bounds_(static_cast<std::size_t>((slice_end - slice_begin) * layout_.leaves + line_words)),
-      sorter_(layout_, kernel) {
-  for (const VacGroupKernel& group : kernel.groups()) columns_.push_back(VacColumns::make(layout_, group));
+      bounds_(static_cast<std::size_t>((slice_end - slice_begin) * layout_.leaves + line_words)) {
   if (layout_.cells >= cells_to_wait && slice_end > slice_begin) pending_ = VacPending::make(layout_, kernel_);
   clear();
 }
@@ -181,69 +180,31 @@ class Points {
   bool whole_;
 };
 
-// Kernel rows of a group of two axes by the coordinate where they end up: row_to(to - from). Null where there is none.
-class RowsByDifference {
- public:
-  RowsByDifference(const VacLayout& layout, const VacGroupKernel& group)
-      : size_(layout.size[static_cast<std::size_t>(group.others[0])]),
-        rows_(static_cast<std::size_t>(2 * size_ - 1), nullptr) {
-    const bool toroidal = layout.toroidal[static_cast<std::size_t>(group.others[0])];
-    for (const VacRow& row : group.rows) {
-      for (const std::int64_t d : {row.offset[0] - size_, std::int64_t{row.offset[0]}, row.offset[0] + size_}) {
-        const bool image = d != row.offset[0];
-        if (std::abs(d) < size_ && (toroidal || !image)) rows_[static_cast<std::size_t>(d + size_ - 1)] = &row;
-      }
-    }
-  }
-  std::int64_t size() const { return size_; }
-  const VacRow* row_to(std::int64_t difference) const {
-    return rows_[static_cast<std::size_t>(difference + size_ - 1)];
-  }
-
- private:
-  std::int64_t size_;
-  std::vector<const VacRow*> rows_;
-};
-
-// Adds the taps of a group without x around all pixels, which are ordered by line: those of one line reach the same
-// lines along the slice axes, so they are taken together; in a plane of two axes row after row, so that the lines of a
-// row are read once.
+// Adds the taps of a group without x around all pixels.
 template <bool On>
-void add_points(const VacLayout& layout, const VacGroupKernel& group, const VacColumns* columns, std::uint32_t* data,
-                std::span<const VacPlace> places) {
-  const auto add = [](std::uint32_t& word, std::uint32_t weight) { word = On ? word + weight : word - weight; };
-  if (columns != nullptr) {
-    for (const VacPlace& place : places) columns->visit(place, data, add);
-    return;
-  }
-  if (group.others.size() != 1) {
-    for (const VacPlace& place : places) {
-      const Points points(layout, group, data, place);
-      for (const VacRow& row : group.rows) points.row(row, add);
-    }
-    return;
-  }
-  const RowsByDifference rows(layout, group);
-  const auto axis = static_cast<std::size_t>(group.others[0]);
-  std::vector<Points> together;
-  for (std::size_t i = 0; i < places.size();) {
-    together.clear();
-    const std::int64_t line = VacLineSorter::line_of(places[i]);
-    std::int64_t begin = rows.size();
-    std::int64_t end = 0;
-    for (; i < places.size() && VacLineSorter::line_of(places[i]) == line; ++i) {
-      const auto present = together.emplace_back(layout, group, data, places[i]).rows_present();
-      begin = std::min(begin, present.first);
-      end = std::max(end, present.second);
-    }
-    const bool fetch = together.size() >= 4;  // then nearly every line of a row will be met
-    for (std::int64_t to = begin; to < end; ++to) {
-      if (fetch && to + 1 < end) together[0].prefetch_row(to + 1);
-      for (const Points& points : together) {
-        if (const VacRow* row = rows.row_to(to - points.at(axis))) points.row(*row, add);
-      }
+void add_points(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data,
+                std::span<const std::uint64_t> positions) {
+  for (const std::uint64_t position : positions) {
+    const Points points(layout, group, data, layout.place(position));
+    for (const VacRow& row : group.rows) {
+      points.row(row, [](std::uint32_t& word, std::uint32_t weight) { word = On ? word + weight : word - weight; });
     }
   }
+}
+
+// Adds to the words of slice `to` what the pixels of all slices do to it through a group over slice axes.
+template <bool On>
+void add_sources(const VacLayout& layout, const VacGroupKernel& group, const VacPortion& portion, std::int64_t to,
+                 std::uint32_t* words) {
+  each_run_of_sources(layout, group, to,
+                      [&](std::int64_t first, std::int64_t last, const std::uint32_t* weights, std::int64_t middle) {
+                        const std::size_t end = portion.begin_of(last + 1);
+                        for (std::size_t i = portion.begin_of(first); i < end; ++i) {
+                          std::uint32_t& word = words[portion.cells[i]];
+                          const std::uint32_t weight = weights[middle - portion.slices[i]];
+                          word = On ? word + weight : word - weight;
+                        }
+                      });
 }
 
 }  // namespace
@@ -256,52 +217,77 @@ std::pair<std::size_t, std::size_t> VacField::own(std::span<const std::uint64_t>
   return {static_cast<std::size_t>(first - positions.begin()), static_cast<std::size_t>(last - positions.begin())};
 }
 
+// Turns own pixels, and adds the weights of the groups that stay in their slices.
 template <bool On>
-void VacField::turn_all(std::span<const std::uint64_t> positions, std::span<const VacPlace> by_line) {
-  const auto [first, last] = this->own(positions);
-  const std::span<const std::uint64_t> own = positions.subspan(first, last - first);
+void VacField::turn_own(std::span<const std::uint64_t> own) {
   for (const std::uint64_t position : own) data_[index(position)] ^= vac_flag;
-  std::span<const std::uint64_t> in_own_slice = own;
+  const bool wait = On && pending_.has_value();
+  at_once_.clear();
+  for (const std::uint64_t position : own) {
+    if (wait && !pending_->add(layout_, layout_.place(position))) at_once_.push_back(position);
+  }
+  for (const VacGroupKernel& group : kernel_.groups()) {
+    if (!group.contains_x() || !group.stays_in_slice()) continue;
+    vac_simd::add_rows(layout_, group, data_.get(), On,
+                       wait && VacPending::waits(group) ? std::span<const std::uint64_t>(at_once_) : own);
+  }
+}
+
+template <bool On>
+void VacField::turn_all(const VacPortion& portion, const VacScan* then) {
   if (!On) settle();
-  if (On && pending_) {
-    at_once_.clear();
-    for (const std::uint64_t position : own) {
-      if (!pending_->add(layout_, layout_.place(position))) at_once_.push_back(position);
+  const std::span<const std::uint64_t> positions = portion.positions;
+  const auto by_slices = [&](const VacGroupKernel& group) { return is_of_slices(group) && portion.is_divided(); };
+  for (const VacGroupKernel& group : kernel_.groups()) {
+    if (!group.contains_x()) {
+      if (!by_slices(group)) add_points<On>(layout_, group, data_.get(), positions);
+    } else if (!group.stays_in_slice()) {
+      vac_simd::add_rows(layout_, group, data_.get(), On, positions);
     }
-    in_own_slice = at_once_;
   }
-  for (std::size_t g = 0; g < kernel_.groups().size(); ++g) {
-    const VacGroupKernel& group = kernel_.groups()[g];
-    if (group.contains_x()) {
-      const bool in_slice = group.others.empty() || group.others.back() == 1;
-      vac_simd::add_rows(layout_, group, data_.get(), On,
-                         VacPending::waits(group) ? in_own_slice
-                         : in_slice               ? own
-                                                  : positions);
-      continue;
+  const bool scans_slices = then != nullptr && portion.is_divided() && !pending_;
+  std::size_t num_back = 0;
+  if (scans_slices) begin_scan(*then);
+  if (portion.is_divided()) {
+    // A slice stays in the second cache for all that is done to it.
+    for (std::int64_t slice = layout_.slice_begin; slice < layout_.slice_end; ++slice) {
+      const std::size_t first = portion.begin_of(slice);
+      turn_own<On>(positions.subspan(first, portion.begin_of(slice + 1) - first));
+      std::uint32_t* const words = data_.get() + (slice - layout_.slice_begin) * layout_.slice_words;
+      for (const VacGroupKernel& group : kernel_.groups()) {
+        if (by_slices(group)) add_sources<On>(layout_, group, portion, slice, words);
+      }
+      if (!scans_slices) continue;
+      const auto behind = static_cast<std::uint64_t>(layout_.cells * (slice + 1));
+      for (; num_back < found_before_.size() && found_before_[num_back].position < behind; ++num_back) {
+        take_back(found_before_[num_back]);
+      }
+      scan_slices(*then, slice, slice + 1);
     }
-    add_points<On>(layout_, group, columns_[g] ? &*columns_[g] : nullptr, data_.get(), by_line);
-  }
-  if (!On || !pending_) return;
-  pending_->end_batch();
-  if (pending_->is_full()) settle();
-}
-
-void VacField::turn(bool on, std::span<const std::uint64_t> positions, std::span<const VacPlace> by_line) {
-  if (on) {
-    turn_all<true>(positions, by_line);
   } else {
-    turn_all<false>(positions, by_line);
+    const auto [first, last] = own(positions);
+    turn_own<On>(positions.subspan(first, last - first));
+  }
+  if (On && pending_) {
+    pending_->end_batch();
+    if (pending_->is_full()) settle();
+  }
+  if (then != nullptr && !scans_slices) scan(*then);
+}
+
+void VacField::turn(bool on, const VacPortion& portion, const VacScan* then) {
+  if (on) {
+    turn_all<true>(portion, then);
+  } else {
+    turn_all<false>(portion, then);
   }
 }
 
-void VacField::turn_on(std::span<const std::uint64_t> positions) {
-  sorter_.sort(positions, by_line_);
-  turn(true, positions, by_line_);
-}
-void VacField::turn_off(std::span<const std::uint64_t> positions) {
-  sorter_.sort(positions, by_line_);
-  turn(false, positions, by_line_);
+void VacField::turn(bool on, std::vector<std::uint64_t> positions) {
+  VacPortion portion;
+  portion.positions = std::move(positions);
+  portion.divide(layout_);
+  turn(on, portion);
 }
 
 template <bool On>
@@ -358,20 +344,33 @@ std::span<const std::uint32_t> VacField::bounds() const {
   return std::span(bounds_).first(bounds_.size() - static_cast<std::size_t>(line_words));
 }
 
-bool VacField::scan(VacView view, const VacTieHash& hash, std::uint64_t limit, std::size_t max_found) {
-  end_of_batch();
-  view_ = view;
-  return vac_simd::scan_leaves(layout_, data_.get(), pending_ ? &*pending_ : nullptr, view, hash, limit, max_found,
-                               bounds_.data(), found_);
+void VacField::scan(const VacScan& asked) {
+  begin_scan(asked);
+  for (const VacCandidate& candidate : found_before_) take_back(candidate);
+  scan_slices(asked, layout_.slice_begin, layout_.slice_end);
+}
+
+void VacField::begin_scan(const VacScan& asked) {
+  found_before_.swap(found_);
+  found_.clear();
+  found_all_ = true;
+  view_ = asked.view;
+}
+
+void VacField::scan_slices(const VacScan& asked, std::int64_t begin, std::int64_t end) {
+  found_all_ = found_all_ && vac_simd::scan_leaves(layout_, data_.get(), pending_ ? &*pending_ : nullptr, asked, begin,
+                                                   end, bounds_.data(), found_);
+}
+
+void VacField::take_back(const VacCandidate& candidate) {
+  // At least: it is higher where picks wait.
+  const std::uint32_t value = data_[index(candidate.position)] ^ static_cast<std::uint32_t>(view_);
+  std::uint32_t& bound = bounds_[leaf(candidate.position)];
+  if (value < vac_flag) bound = std::min(bound, value);
 }
 
 void VacField::end_of_batch() {
-  const auto flip = static_cast<std::uint32_t>(view_);
-  for (const VacCandidate& c : found_) {
-    const std::uint32_t value = data_[index(c.position)] ^ flip;  // at least: it is higher where picks wait
-    std::uint32_t& bound = bounds_[leaf(c.position)];
-    if (value < vac_flag) bound = std::min(bound, value);
-  }
+  for (const VacCandidate& candidate : found_) take_back(candidate);
   found_.clear();
 }
 

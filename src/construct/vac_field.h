@@ -16,7 +16,6 @@
 #include <utility>
 #include <vector>
 
-#include "construct/vac_columns.h"
 #include "construct/vac_kernel.h"
 #include "construct/vac_layout.h"
 #include "construct/vac_pending.h"
@@ -32,6 +31,14 @@ struct VacCandidate {
   std::uint32_t energy;
   std::uint32_t hash;
   std::uint64_t key() const { return (std::uint64_t{energy} << 32) | hash; }
+};
+
+// Asks for the pixels with key <= `limit`, unless there are more than `max_found`.
+struct VacScan {
+  VacView view;
+  VacTieHash hash;
+  std::uint64_t limit;
+  std::size_t max_found;
 };
 
 struct VacFree {
@@ -59,10 +66,10 @@ class VacField {
 
   // All off, all energies zero.
   void clear();
-  // Pixels of any slices, ascending; they act on the slices of this field. `by_line`: the same, by line.
-  void turn(bool on, std::span<const std::uint64_t> positions, std::span<const VacPlace> by_line);
-  void turn_on(std::span<const std::uint64_t> positions);
-  void turn_off(std::span<const std::uint64_t> positions);
+  // Pixels of any slices (ascending, divided); they act on the slices of this field. `then`: what scan() is to be
+  // called with afterwards; done slice by slice, while they are in the second cache.
+  void turn(bool on, const VacPortion& portion, const VacScan* then = nullptr);
+  void turn(bool on, std::vector<std::uint64_t> positions);
   // [begin, end) of ascending positions: those of this field.
   std::pair<std::size_t, std::size_t> own(std::span<const std::uint64_t> positions) const;
 
@@ -74,11 +81,12 @@ class VacField {
   // Recomputes all bounds for `view`.
   void refresh_bounds(VacView view);
   std::span<const std::uint32_t> bounds() const;
-  // Finds all pixels with key <= `limit`. False, with some of them, when there are more than `max_found`. What is found
-  // is left out of the bounds until end_of_batch() takes up again what was not picked.
-  bool scan(VacView view, const VacTieHash& hash, std::uint64_t limit, std::size_t max_found);
-  // By the last scan, ascending in position.
+  // Finds what is asked for, or, where that is too much, some of it. What is found is left out of the bounds until the
+  // next scan or end_of_batch() takes up again what was not picked.
+  void scan(const VacScan& asked);
+  // By the last scan, ascending in position; whether it is all.
   const std::vector<VacCandidate>& found() const { return found_; }
+  bool found_all() const { return found_all_; }
   void end_of_batch();
 
  private:
@@ -86,7 +94,12 @@ class VacField {
   std::size_t leaf(std::uint64_t position) const;
   void settle();
   template <bool On>
-  void turn_all(std::span<const std::uint64_t> positions, std::span<const VacPlace> by_line);
+  void turn_own(std::span<const std::uint64_t> own);
+  template <bool On>
+  void turn_all(const VacPortion& portion, const VacScan* then);
+  void begin_scan(const VacScan& asked);
+  void scan_slices(const VacScan& asked, std::int64_t begin, std::int64_t end);
+  void take_back(const VacCandidate& candidate);
   template <bool On>
   void turn_one(std::uint64_t position, std::uint32_t limit, std::vector<std::uint64_t>& hits);
 
@@ -96,12 +109,11 @@ class VacField {
   VacWords data_;
   std::vector<std::uint32_t> bounds_;
   std::optional<VacPending> pending_;
-  std::vector<std::optional<VacColumns>> columns_;  // of each group that is along one slice axis
-  std::vector<std::uint64_t> at_once_;              // of a call of turn: pixels that cannot wait
-  VacLineSorter sorter_;
-  std::vector<VacPlace> by_line_;  // of a call without
-  VacView view_ = VacView::voids;  // of the last scan
+  std::vector<std::uint64_t> at_once_;  // of a call of turn and a slice: pixels that cannot wait
+  VacView view_ = VacView::voids;       // of the last scan
   std::vector<VacCandidate> found_;
+  std::vector<VacCandidate> found_before_;  // while a scan follows
+  bool found_all_ = true;
   std::vector<std::size_t> watched_;
 };
 

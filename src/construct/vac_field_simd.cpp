@@ -225,14 +225,14 @@ void BringUpAll(const VacLayout& layout, std::uint32_t* data, VacPending& pendin
   }
 }
 
-bool ScanLeaves(const VacLayout& layout, std::uint32_t* data, VacPending* pending, VacView view, const VacTieHash& hash,
-                std::uint64_t limit, std::size_t max_found, std::uint32_t* bounds, std::vector<VacCandidate>& found) {
+bool ScanLeaves(const VacLayout& layout, std::uint32_t* data, VacPending* pending, const VacScan& asked,
+                std::int64_t begin, std::int64_t end, std::uint32_t* bounds, std::vector<VacCandidate>& found) {
   const Lanes d;
-  const Scan scan{static_cast<std::uint32_t>(view), &hash, static_cast<std::uint32_t>(limit >> 32),
-                  static_cast<std::uint32_t>(limit), &found};
+  const Scan scan{static_cast<std::uint32_t>(asked.view), &asked.hash, static_cast<std::uint32_t>(asked.limit >> 32),
+                  static_cast<std::uint32_t>(asked.limit), &found};
   const auto open_limit = hn::Set(d, scan.energy_limit + 1);  // unsigned vectors have < and > only
   LeafCopy copy;
-  for (std::int64_t slice = layout.slice_begin; slice < layout.slice_end; ++slice) {
+  for (std::int64_t slice = begin; slice < end; ++slice) {
     const auto local = slice - layout.slice_begin;
     std::uint32_t* const words = data + local * layout.slice_words;
     std::uint32_t* const slice_bounds = bounds + local * layout.leaves;
@@ -254,8 +254,8 @@ bool ScanLeaves(const VacLayout& layout, std::uint32_t* data, VacPending* pendin
         const std::int64_t leaf = i + std::countr_zero(bits);
         const auto position = static_cast<std::uint64_t>(slice * layout.cells + leaf * 64);
         if (pending != nullptr) bring_up(*pending, layout, words, local, leaf);
-        slice_bounds[leaf] = scan.leaf(leaf_of(layout, words, leaf, view, copy), position);
-        if (found.size() > max_found) return false;
+        slice_bounds[leaf] = scan.leaf(leaf_of(layout, words, leaf, asked.view, copy), position);
+        if (found.size() > asked.max_found) return false;
       }
       bits = next;
     }
@@ -289,10 +289,9 @@ void leaf_minima(const VacLayout& layout, const std::uint32_t* data, VacView vie
   HWY_DYNAMIC_DISPATCH(LeafMinima)(layout, data, view, bounds);
 }
 
-bool scan_leaves(const VacLayout& layout, std::uint32_t* data, VacPending* pending, VacView view,
-                 const VacTieHash& hash, std::uint64_t limit, std::size_t max_found, std::uint32_t* bounds,
-                 std::vector<VacCandidate>& found) {
-  return HWY_DYNAMIC_DISPATCH(ScanLeaves)(layout, data, pending, view, hash, limit, max_found, bounds, found);
+bool scan_leaves(const VacLayout& layout, std::uint32_t* data, VacPending* pending, const VacScan& scan,
+                 std::int64_t begin, std::int64_t end, std::uint32_t* bounds, std::vector<VacCandidate>& found) {
+  return HWY_DYNAMIC_DISPATCH(ScanLeaves)(layout, data, pending, scan, begin, end, bounds, found);
 }
 
 void bring_up_all(const VacLayout& layout, std::uint32_t* data, VacPending& pending) {

@@ -36,6 +36,7 @@ struct VacGroupKernel {
   std::vector<std::size_t> same_pixel;  // the weights at offsets that are zero but along box axes
   VacEdges edges = VacEdges::pass;
   bool contains_x() const { return axis0 == 0; }
+  bool stays_in_slice() const { return others.empty() ? axis0 < 2 : others.back() < 2; }
   bool is_of_plane() const { return axis0 == 0 && others.size() == 1 && others[0] == 1 && edges == VacEdges::pass; }
   std::int32_t reach_x = 0;
   std::int32_t reach_y = 0;

@@ -16,7 +16,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // The candidates' places are `places` and what they are called `indices`; there may be up to a vector more to read.
 void RaiseAround(const std::array<VacPlaneBins::Axis, 2>& axes, const std::uint32_t* weights,
-                 const std::uint32_t* places, const std::uint32_t* indices, std::size_t count,
+                 const std::uint32_t* places, const std::uint32_t* indices, std::span<const VacPlaneBins::Run> runs,
                  const VacPlaneBins::Coord& from, std::uint32_t* energies) {
   using rows::HWY_NAMESPACE::bits_of;
   using rows::HWY_NAMESPACE::Lanes;
@@ -34,15 +34,18 @@ void RaiseAround(const std::array<VacPlaneBins::Axis, 2>& axes, const std::uint3
   const auto width0 = set(axes[0].lo + axes[0].hi + 1);
   const auto width1 = set(axes[1].lo + axes[1].hi + 1);
   HWY_ALIGN std::uint32_t at[hn::MaxLanes(d)];
-  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const auto place = hn::LoadU(d, places + i);
-    const auto x = column(axes[0], hn::And(place, hn::Set(d, 0xFFFFU)));
-    const auto y = column(axes[1], hn::ShiftRight<16>(place));
-    const auto mask = hn::And(hn::And(hn::Lt(x, width0), hn::Lt(y, width1)), hn::FirstN(d, count - i));
-    hn::Store(hn::Add(hn::Mul(y, width0), x), d, at);
-    for (std::uint32_t bits = bits_of(d, mask); bits != 0; bits &= bits - 1) {
-      const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
-      energies[indices[i + lane]] += weights[at[lane]];
+  for (const VacPlaneBins::Run& run : runs) {
+    for (std::size_t i = run.begin; i < run.end; i += hn::Lanes(d)) {
+      const auto place = hn::LoadU(d, places + i);
+      const auto x = column(axes[0], hn::And(place, hn::Set(d, 0xFFFFU)));
+      const auto y = column(axes[1], hn::ShiftRight<16>(place));
+      const auto mask = hn::And(hn::And(hn::Lt(x, width0), hn::Lt(y, width1)), hn::FirstN(d, run.end - i));
+      if (hn::AllFalse(d, mask)) continue;
+      hn::Store(hn::Add(hn::Mul(y, width0), x), d, at);
+      for (std::uint32_t bits = bits_of(d, mask); bits != 0; bits &= bits - 1) {
+        const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
+        energies[indices[i + lane]] += weights[at[lane]];
+      }
     }
   }
 }
@@ -61,11 +64,13 @@ static auto raise_around() { return HWY_DYNAMIC_DISPATCH(RaiseAround); }
 
 }  // namespace vac_simd
 
+static constexpr std::int32_t not_toroidal = 1 << 20;  // more than any difference
+
 bool VacPlaneBins::suit(const VacLayout& layout, const VacGroupKernel& group) {
-  constexpr std::int64_t most_pixels = 128 * 128;
-  if (group.others.size() != 1 || group.edges != VacEdges::pass) return false;
-  return layout.size[static_cast<std::size_t>(group.axis0)] * layout.size[static_cast<std::size_t>(group.others[0])] <=
-         most_pixels;
+  constexpr std::int64_t most = 1 << 15;  // coordinates are halves of a word
+  return group.others.size() == 1 && group.edges == VacEdges::pass &&
+         layout.size[static_cast<std::size_t>(group.axis0)] <= most &&
+         layout.size[static_cast<std::size_t>(group.others[0])] <= most;
 }
 
 VacPlaneBins::VacPlaneBins(const VacLayout& layout, const VacGroupKernel& group) {
@@ -73,13 +78,25 @@ VacPlaneBins::VacPlaneBins(const VacLayout& layout, const VacGroupKernel& group)
   for (std::size_t i = 0; i < 2; ++i) {
     const auto a = static_cast<std::size_t>(indices[i]);
     const auto size = narrow<std::int32_t>(layout.size[a]);
-    axes_[i] = {a, layout.toroidal[a] ? size : 1 << 20, 0, 0};
+    axes_[i] = {a, layout.toroidal[a] ? size : not_toroidal, 0, 0, 0, 0};
   }
   for (const VacRow& row : group.rows) {
     axes_[0].lo = std::max(axes_[0].lo, row.lo);
     axes_[0].hi = std::max(axes_[0].hi, row.hi);
     axes_[1].lo = std::max(axes_[1].lo, -row.offset[0]);
     axes_[1].hi = std::max(axes_[1].hi, row.offset[0]);
+  }
+  // So wide that a footprint meets at most four tiles along an axis, or all five. Narrow planes are one tile wide, as
+  // few candidates are looked at in vain there.
+  constexpr std::int32_t least_widths[] = {64, 16};
+  constexpr std::int64_t narrow_plane = 128;
+  for (std::size_t i = 0; i < 2; ++i) {
+    Axis& axis = axes_[i];
+    const std::int64_t size = layout.size[axis.index];
+    std::int32_t width = std::max(least_widths[i], (axis.lo + axis.hi + 2) / 2);
+    if (i == 0 && size <= narrow_plane) width = narrow_plane;
+    axis.shift = static_cast<int>(std::bit_width(static_cast<std::uint32_t>(width - 1)));
+    axis.num_tiles = static_cast<std::int32_t>((size - 1) >> axis.shift) + 1;
   }
   const std::int32_t width = axes_[0].lo + axes_[0].hi + 1;
   weights_.assign(static_cast<std::size_t>(width * (axes_[1].lo + axes_[1].hi + 1)), 0);
@@ -93,27 +110,71 @@ VacPlaneBins::VacPlaneBins(const VacLayout& layout, const VacGroupKernel& group)
     strides_.push_back({static_cast<std::size_t>(index), planes});
     planes *= static_cast<std::size_t>(layout.size[static_cast<std::size_t>(index)]);
   }
-  ends_.resize(planes + 1);
+  ends_.resize(planes * static_cast<std::size_t>(axes_[0].num_tiles) * static_cast<std::size_t>(axes_[1].num_tiles) +
+               1);
 }
 
 void VacPlaneBins::assign(std::span<const Coord> at) {
   std::fill(ends_.begin(), ends_.end(), 0U);
-  for (const Coord& c : at) ++ends_[plane(c) + 1];
+  for (const Coord& c : at) ++ends_[tile(c) + 1];
   for (std::size_t i = 1; i < ends_.size(); ++i) ends_[i] += ends_[i - 1];
   places_.resize(at.size() + padding);
   indices_.resize(at.size());
-  for (std::size_t i = 0; i < at.size(); ++i) {  // ends_[p] is where plane p begins, until it is filled
-    const std::uint32_t k = ends_[plane(at[i])]++;
+  for (std::size_t i = 0; i < at.size(); ++i) {  // ends_[t] is where tile t begins, until it is filled
+    const std::uint32_t k = ends_[tile(at[i])]++;
     places_[k] =
         static_cast<std::uint32_t>(at[i][axes_[0].index]) | (static_cast<std::uint32_t>(at[i][axes_[1].index]) << 16);
     indices_[k] = static_cast<std::uint32_t>(i);
   }
 }
 
+// Those that the footprint of coordinate c meets, each once: one or two ranges.
+std::size_t VacPlaneBins::tiles_met(const Axis& axis, std::int32_t c, std::array<Tiles, 2>& tiles) {
+  const std::int32_t last_tile = axis.num_tiles - 1;
+  const std::int32_t first = c - axis.lo;
+  const std::int32_t last = c + axis.hi;
+  const bool toroidal = axis.size != not_toroidal;
+  if (toroidal && (first < 0 || last >= axis.size)) {
+    const std::int32_t from = (first < 0 ? first + axis.size : first) >> axis.shift;
+    const std::int32_t to = (last >= axis.size ? last - axis.size : last) >> axis.shift;
+    if (from > to) {
+      tiles = {Tiles{from, last_tile}, Tiles{0, to}};
+      return 2;
+    }
+    tiles[0] = {0, last_tile};  // it comes round to the tile that it began in
+    return 1;
+  }
+  tiles[0] = {std::max(first, 0) >> axis.shift, std::min(last >> axis.shift, last_tile)};
+  return 1;
+}
+
 void VacPlaneBins::raise(const Coord& from, std::span<std::uint32_t> energies) const {
-  const std::size_t p = plane(from);
-  const std::size_t begin = p == 0 ? 0 : ends_[p - 1];
-  vac_simd::raise_around()(axes_, weights_.data(), places_.data() + begin, indices_.data() + begin, ends_[p] - begin,
+  std::array<Tiles, 2> columns;
+  std::array<Tiles, 2> rows;
+  const std::size_t num_columns = tiles_met(axes_[0], from[axes_[0].index], columns);
+  const std::size_t num_rows = tiles_met(axes_[1], from[axes_[1].index], rows);
+  const auto width = static_cast<std::size_t>(axes_[0].num_tiles);
+  const std::size_t origin = plane(from) * width * static_cast<std::size_t>(axes_[1].num_tiles);
+  std::array<Run, 16> runs;
+  std::size_t num_runs = 0;
+  const auto add_run = [&](std::size_t first, std::size_t last) {
+    const Run run{first == 0 ? 0 : ends_[first - 1], ends_[last]};
+    if (run.begin < run.end) runs[num_runs++] = run;
+  };
+  for (std::size_t r = 0; r < num_rows; ++r) {
+    const std::size_t first_row = origin + static_cast<std::size_t>(rows[r].first) * width;
+    const std::size_t last_row = origin + static_cast<std::size_t>(rows[r].last) * width;
+    if (width == 1) {
+      add_run(first_row, last_row);
+      continue;
+    }
+    for (std::size_t row = first_row; row <= last_row; row += width) {
+      for (std::size_t c = 0; c < num_columns; ++c) {
+        add_run(row + static_cast<std::size_t>(columns[c].first), row + static_cast<std::size_t>(columns[c].last));
+      }
+    }
+  }
+  vac_simd::raise_around()(axes_, weights_.data(), places_.data(), indices_.data(), std::span(runs).first(num_runs),
                            from, energies.data());
 }
 

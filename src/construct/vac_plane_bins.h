@@ -1,6 +1,5 @@
-// Candidates by the plane of a group that they lie in, for groups of two axes whose planes are small (up to
-// 128 x 128): then a plane holds few candidates, and looking at all of them by vectors costs less than finding out
-// which are near.
+// Candidates by the tile that they lie in of the planes of a group of two axes. Those of neighbouring tiles of a row
+// lie one behind the other and are looked at by vectors, which costs less than finding out which are near.
 #pragma once
 
 #include <array>
@@ -31,6 +30,13 @@ class VacPlaneBins {
     std::int32_t size;
     std::int32_t lo;
     std::int32_t hi;
+    int shift;  // log2 of the width of a tile
+    std::int32_t num_tiles;
+  };
+  // Candidates [begin, end), by tiles.
+  struct Run {
+    std::uint32_t begin;
+    std::uint32_t end;
   };
   static constexpr std::size_t padding = 16;
   const std::array<Axis, 2>& axes() const { return axes_; }
@@ -41,12 +47,26 @@ class VacPlaneBins {
     for (const auto& [axis, stride] : strides_) result += static_cast<std::size_t>(at[axis]) * stride;
     return result;
   }
+  std::size_t tile(const Coord& at) const {
+    std::size_t result = plane(at);
+    for (const std::size_t i : {1U, 0U}) {
+      result = result * static_cast<std::size_t>(axes_[i].num_tiles) +
+               static_cast<std::size_t>(at[axes_[i].index] >> axes_[i].shift);
+    }
+    return result;
+  }
+  // Tiles [first, last] along an axis.
+  struct Tiles {
+    std::int32_t first;
+    std::int32_t last;
+  };
+  static std::size_t tiles_met(const Axis& axis, std::int32_t c, std::array<Tiles, 2>& tiles);
 
   std::array<Axis, 2> axes_;
   std::vector<std::pair<std::size_t, std::size_t>> strides_;  // of the other axes
   std::vector<std::uint32_t> weights_;                        // dense, rows along the first axis
-  std::vector<std::uint32_t> ends_;                           // by plane: where its candidates end
-  std::vector<std::uint32_t> places_;                         // first coordinate, second << 16; plane by plane
+  std::vector<std::uint32_t> ends_;                           // by tile: where its candidates end
+  std::vector<std::uint32_t> places_;                         // first coordinate, second << 16; tile by tile
   std::vector<std::uint32_t> indices_;
 };
 

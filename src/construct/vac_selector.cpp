@@ -56,9 +56,25 @@ void VacSelector::begin(VacView view, std::span<const VacCandidate> candidates, 
   next_.resize(n);
   number_.assign(n, none);
   least_ = std::numeric_limits<std::uint32_t>::max();
+  // Divisions are most of this loop, so those that are the same for a whole slice are done once for it.
+  const auto cells = static_cast<std::uint64_t>(layout_.cells);
+  const auto width = static_cast<std::uint64_t>(layout_.size[0]);
+  std::uint64_t slice_begin = 0;
+  std::uint64_t slice_end = 0;
+  VacBins::Coord of_slice{};
   for (std::size_t i = 0; i < n; ++i) {
-    const VacLayout::Coord at = layout_.coord(candidates[i].position);
-    std::transform(at.begin(), at.end(), at_[i].begin(), [](std::int64_t c) { return static_cast<std::int32_t>(c); });
+    const std::uint64_t position = candidates[i].position;
+    if (position >= slice_end) {
+      slice_begin = position / cells * cells;
+      slice_end = slice_begin + cells;
+      const VacLayout::Coord at = layout_.coord(slice_begin);
+      std::transform(at.begin(), at.end(), of_slice.begin(),
+                     [](std::int64_t c) { return static_cast<std::int32_t>(c); });
+    }
+    const std::uint64_t cell = position - slice_begin;
+    at_[i] = of_slice;
+    at_[i][1] = static_cast<std::int32_t>(cell / width);
+    at_[i][0] = static_cast<std::int32_t>(cell % width);
     energy_[i] = candidates[i].energy;
     least_ = std::min(least_, energy_[i]);
   }

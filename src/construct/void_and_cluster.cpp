@@ -202,29 +202,46 @@ struct VoidAndCluster::Impl {
     std::uint32_t taken = 0;
     constexpr std::size_t fewest_to_stream = 256;
     const bool streamed = fields.has_helpers() && std::min(left, candidates.size()) >= fewest_to_stream;
-    const auto next = [&](VacPortion& portion) {
-      const std::size_t count = selector->take(std::min(left, streamed ? portion_size(taken) : left));
-      if (count == 0) return false;
+    const auto take = [&](std::size_t most) {
+      const std::size_t count = selector->take(std::min(left, most));
       left -= count;
-      portion.positions.clear();
-      portion.numbers.clear();
+      taken += static_cast<std::uint32_t>(count);
+      return count > 0;
+    };
+    const auto fill_in = [&](VacPortion& portion, std::uint32_t from) {
+      // Without branches, which would be taken at random: what is not wanted is overwritten by the next.
+      portion.positions.resize(candidates.size());
+      portion.numbers.resize(candidates.size());
+      std::size_t count = 0;
       for (std::size_t i = 0; i < candidates.size(); ++i) {
         const std::uint32_t number = selector->number(i);
-        if (number == VacSelector::none || number < taken) continue;
-        portion.positions.push_back(candidates[i].position);
-        portion.numbers.push_back(number);
+        portion.positions[count] = candidates[i].position;
+        portion.numbers[count] = number;
+        count += number - from < taken - from ? 1 : 0;
       }
-      taken += static_cast<std::uint32_t>(count);
+      portion.positions.resize(count);
+      portion.numbers.resize(count);
+    };
+    VacFields::Picks picks;
+    picks.next = [&](VacPortion& portion) {
+      const std::uint32_t from = taken;
+      if (!take(portion_size(taken))) return false;
+      fill_in(portion, from);
       return true;
     };
-    fields.turn_as_they_come(filling, streamed, next,
-                             [&](const VacPortion& portion, std::size_t first, std::size_t last) {
-                               for (std::size_t i = first; i < last; ++i) {
-                                 const std::int64_t placed = before + portion.numbers[i];
-                                 const auto place = filling ? placed : progress.num_start_points - 1 - placed;
-                                 order.set_place(portion.positions[i], static_cast<std::uint64_t>(place));
-                               }
-                             });
+    picks.all = [&](VacPortion& portion) {
+      if (!streamed) take(left);
+      fill_in(portion, 0);
+    };
+    picks.turned = [&](const VacPortion& portion, std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
+        const std::int64_t placed = before + portion.numbers[i];
+        const auto place = filling ? placed : progress.num_start_points - 1 - placed;
+        order.set_place(portion.positions[i], static_cast<std::uint64_t>(place));
+      }
+    };
+    const auto then = search.scan_ahead(view, open_fraction());
+    fields.turn_as_they_come(filling, streamed, picks, then ? &*then : nullptr);
     progress.num_placed += taken;
     return taken;
   }
@@ -263,7 +280,7 @@ struct VoidAndCluster::Impl {
   double open_fraction() const {
     const bool has_far_plane = std::any_of(kernel.groups().begin(), kernel.groups().end(),
                                            [](const auto& group) { return group.axis0 != 0 && !group.others.empty(); });
-    return has_far_plane ? 0.4 : 0.2;
+    return has_far_plane ? 0.4 : 0.25;
   }
 
   const Communicator& communicator;

@@ -16,10 +16,10 @@ int energies_changed_by_shift(const VacSpec& spec, const std::vector<std::int64_
   VacField before(spec, kernel, 0, spec.extents.num_slices());
   VacField after(spec, kernel, 0, spec.extents.num_slices());
   std::vector<std::uint64_t> points = vac_start_pattern(spec);
-  before.turn_on(points);
+  before.turn(true, points);
   for (std::uint64_t& p : points) p = testing_support::shifted(spec.extents, p, by);
   std::sort(points.begin(), points.end());
-  after.turn_on(points);
+  after.turn(true, points);
   int changed = 0;
   for (std::uint64_t p = 0; p < static_cast<std::uint64_t>(spec.extents.num_cells()); ++p)
     changed += before.word(p) != after.word(testing_support::shifted(spec.extents, p, by)) ? 1 : 0;

@@ -49,6 +49,9 @@ void expect_same_energies(const VacSpec& spec) {
 void expect_same_energies_everywhere() {
   expect_same_energies(vac_spec({100, 90}, {{0, 1}}));
   expect_same_energies(vac_spec({67, 61, 2}, {{0, 1}}, 1.3));
+  expect_same_energies(vac_spec({300, 70}, {{0, 1}}));         // several tiles both ways
+  expect_same_energies(vac_spec({131, 259}, {{0, 1}}, 5));     // wide footprints
+  expect_same_energies(vac_spec({140, 33, 2}, {{0, 1}}, 10));  // that meet a tile from both sides
   expect_same_energies(vac_spec({3, 2, 50, 64}, {{2, 3}}));
   expect_same_energies(vac_spec({7, 5, 11, 3}, {{1, 3}}, 8));  // a footprint as large as the plane
   VacSpec bounded = vac_spec({40, 50}, {{0, 1}});

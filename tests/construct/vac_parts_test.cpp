@@ -4,11 +4,16 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstring>
+#include <new>
 #include <numeric>
+#include <thread>
+#include <utility>
 
 #include "construct/vac_exchange.h"
 #include "construct/vac_field.h"
+#include "construct/vac_fields.h"
 #include "construct/vac_kernel.h"
 #include "construct/vac_order.h"
 #include "construct/vac_start.h"
@@ -67,9 +72,9 @@ TEST(VacField, EnergyOfTheLastPixelIsTheSumOfAllWeightsAtTheLimits) {
     VacField field(spec, kernel, 0, spec.extents.num_slices());
     std::vector<std::uint64_t> all(static_cast<std::size_t>(spec.extents.num_cells()));
     std::iota(all.begin(), all.end(), 0U);
-    field.turn_on(all);
+    field.turn(true, all);
     for (const std::uint64_t p : all) ASSERT_EQ(field.word(p), vac_flag + kernel.weight_sum());
-    field.turn_off(all);
+    field.turn(false, all);
     for (const std::uint64_t p : all) ASSERT_EQ(field.word(p), 0U);
   }
 }
@@ -81,17 +86,48 @@ TEST(VacField, SlicesOfItsOwnGetTheSameEnergiesFromPicksAnywhere) {
     const VacKernel kernel(spec);
     VacField whole(spec, kernel, 0, 15);
     const auto points = vac_start_pattern(spec);
-    whole.turn_on(points);
+    whole.turn(true, points);
     for (const auto& [begin, end] :
          std::vector<std::pair<std::int32_t, std::int32_t>>{{0, 4}, {4, 5}, {5, 15}, {7, 7}}) {
       VacField part(spec, kernel, begin, end);
-      part.turn_on(points);
+      part.turn(true, points);
       for (std::uint64_t p = 0; p < 13U * 11U * 15U; ++p) {
         if (!part.has(p)) continue;
         ASSERT_EQ(part.word(p), whole.word(p));
       }
     }
   }
+}
+
+// A thread that helps and fails must not leave the one that picks waiting for its part.
+TEST(VacFields, AFailureOfAHelperReachesTheCaller) {
+  const VacSpec spec = vac_spec({16, 16, 16}, {{0, 1}, {2}}, 1.3);
+  const VacKernel kernel(spec);
+  ThreadPool pool(2);
+  VacFields fields(spec, kernel, 0, 16, pool);
+  ASSERT_TRUE(fields.has_helpers());
+  const auto caller = std::this_thread::get_id();
+  std::atomic<bool> failed{false};
+  bool handed_on = false;
+  VacFields::Picks picks;
+  picks.next = [&](VacPortion& portion) {
+    if (std::exchange(handed_on, true)) {
+      while (!failed) std::this_thread::yield();
+      return false;
+    }
+    portion.positions.resize(16);
+    portion.numbers.resize(16);
+    for (std::uint32_t i = 0; i < 16; ++i) portion.positions[i] = 257 * i;
+    return true;
+  };
+  picks.all = [](VacPortion& portion) { portion.positions.clear(); };
+  picks.turned = [&](const VacPortion&, std::size_t, std::size_t) {
+    if (std::this_thread::get_id() == caller) return;
+    failed = true;
+    throw std::bad_alloc();
+  };
+  EXPECT_THROW(fields.turn_as_they_come(true, true, picks, nullptr), std::bad_alloc);
+  EXPECT_TRUE(failed);
 }
 
 TEST(VacLayout, IndexesBeyondFourBillionPixels) {
@@ -116,13 +152,14 @@ TEST(VacField, HoldsSlicesBeyondFourBillionPixels) {
   std::vector<std::uint64_t> near{5, 4100, 4096 * 58 + 77, 4096 * 61 + 63, 4096 * 62, 4096 * 63 + 4095};
   std::vector<std::uint64_t> far = near;
   for (std::uint64_t& position : far) position += position < 8192 ? 0 : shift;  // slices 0 and 1 touch the last ones
-  few.turn_on(near);
-  many.turn_on(far);
+  few.turn(true, near);
+  many.turn(true, far);
   few.refresh_bounds(VacView::voids);
   many.refresh_bounds(VacView::voids);
   for (std::uint64_t p = 61 * 4096; p < 64 * 4096; ++p) ASSERT_EQ(many.word(p + shift), few.word(p));
   EXPECT_GT(few.word(5 + 63 * 4096), 0U);  // around the torus
-  ASSERT_TRUE(many.scan(VacView::voids, VacTieHash(1), std::uint64_t{1} << 32, 100000));
+  many.scan({VacView::voids, VacTieHash(1), std::uint64_t{1} << 32, 100000});
+  ASSERT_TRUE(many.found_all());
   const std::vector<VacCandidate>& found = many.found();
   ASSERT_FALSE(found.empty());
   for (const VacCandidate& c : found) ASSERT_EQ(c.hash, VacTieHash(1)(c.position));

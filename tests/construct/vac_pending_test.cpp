@@ -44,14 +44,16 @@ void expect_waiting_changes_nothing(const VacSpec& spec, std::int32_t begin, std
     batch.assign(left.end() - static_cast<std::ptrdiff_t>(count), left.end());
     left.resize(left.size() - count);
     std::sort(batch.begin(), batch.end());
-    waiting.turn_on(batch);
-    prompt.turn_on(batch);
+    waiting.turn(true, batch);
+    prompt.turn(true, batch);
     if (round % 3 == 0) continue;
     std::vector<std::uint32_t> bounds(prompt.bounds().begin(), prompt.bounds().end());
     std::nth_element(bounds.begin(), bounds.begin() + static_cast<std::ptrdiff_t>(bounds.size() / 8), bounds.end());
     const std::uint64_t limit = (std::uint64_t{bounds[bounds.size() / 8]} << 32) | 0x7FFFFFFFU;
-    ASSERT_TRUE(waiting.scan(VacView::voids, hash, limit, left.size() + count));
-    ASSERT_TRUE(prompt.scan(VacView::voids, hash, limit, left.size() + count));
+    waiting.scan({VacView::voids, hash, limit, left.size() + count});
+    ASSERT_TRUE(waiting.found_all());
+    prompt.scan({VacView::voids, hash, limit, left.size() + count});
+    ASSERT_TRUE(prompt.found_all());
     const std::vector<VacCandidate>& found_waiting = waiting.found();
     const std::vector<VacCandidate>& found_prompt = prompt.found();
     ASSERT_EQ(found_waiting.size(), found_prompt.size());
@@ -63,11 +65,11 @@ void expect_waiting_changes_nothing(const VacSpec& spec, std::int32_t begin, std
     prompt.end_of_batch();
     ASSERT_TRUE(std::equal(prompt.bounds().begin(), prompt.bounds().end(), waiting.bounds().begin()));
     if (round == 10) {  // turning off and on again does not wait, and leaves nothing behind
-      waiting.turn_off(batch);
-      prompt.turn_off(batch);
+      waiting.turn(false, batch);
+      prompt.turn(false, batch);
       expect_same(waiting, prompt);
-      waiting.turn_on(batch);
-      prompt.turn_on(batch);
+      waiting.turn(true, batch);
+      prompt.turn(true, batch);
     }
   }
   expect_same(waiting, prompt);
