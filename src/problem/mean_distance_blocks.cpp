@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "noiseloom/problem/score.h"
 #include "problem/compensated_sum.h"
 #include "problem/score_distance.h"
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "noiseloom/core/math.h"
 #include "render/measures/measure_pass.h"
 #include "render/pictures/flip.h"
 #include "render/pictures/spectra.h"

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "noiseloom/samples/sample_space.h"
 #include "render/scene_support.h"
 
