@@ -16,8 +16,8 @@
 #include <span>
 #include <vector>
 
+#include "construct/order/vac_field.h"
 #include "construct/stamp_kernel.h"
-#include "construct/vac_field.h"
 
 namespace noiseloom {
 

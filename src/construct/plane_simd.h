@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
+#include "construct/order/vac_field.h"
 #include "construct/stamp_kernel.h"
-#include "construct/vac_field.h"
 
 namespace noiseloom::plane_simd {
 

@@ -8,6 +8,7 @@
 
 #include "construct/plane_field.h"
 #include "construct/stamp_kernel.h"
+#include "noiseloom/construct/slice_construction.h"
 #include "noiseloom/core/extents.h"
 
 namespace noiseloom {

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "construct/vac_field.h"
-#include "construct/vac_kernel.h"
+#include "construct/order/vac_field.h"
+#include "construct/order/vac_kernel.h"
 #include "support/vac_specs.h"
 
 namespace noiseloom {

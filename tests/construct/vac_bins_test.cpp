@@ -6,8 +6,8 @@
 #include <numeric>
 #include <random>
 
-#include "construct/vac_bins.h"
-#include "construct/vac_plane_bins.h"
+#include "construct/order/vac_bins.h"
+#include "construct/order/vac_plane_bins.h"
 #include "support/vac_specs.h"
 
 namespace noiseloom {

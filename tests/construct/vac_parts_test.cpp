@@ -11,12 +11,12 @@
 #include <thread>
 #include <utility>
 
-#include "construct/vac_exchange.h"
-#include "construct/vac_field.h"
-#include "construct/vac_fields.h"
-#include "construct/vac_kernel.h"
-#include "construct/vac_order.h"
-#include "construct/vac_start.h"
+#include "construct/order/vac_exchange.h"
+#include "construct/order/vac_field.h"
+#include "construct/order/vac_fields.h"
+#include "construct/order/vac_kernel.h"
+#include "construct/order/vac_order.h"
+#include "construct/order/vac_start.h"
 #include "support/vac_specs.h"
 #include "support/void_and_cluster_oracle.h"
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "construct/vac_field.h"
+#include "construct/order/vac_field.h"
 #include "support/vac_specs.h"
 
 namespace noiseloom {

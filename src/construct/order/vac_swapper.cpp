@@ -1,4 +1,4 @@
-#include "construct/vac_swapper.h"
+#include "construct/order/vac_swapper.h"
 
 #include <algorithm>
 

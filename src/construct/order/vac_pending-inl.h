@@ -1,10 +1,10 @@
 // Bringing leaves up to date with the picks that wait, for every instruction set. Included once for each target
 // (Highway's foreach_target).
-#if defined(NOISELOOM_CONSTRUCT_VAC_PENDING_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef NOISELOOM_CONSTRUCT_VAC_PENDING_INL_H
-#undef NOISELOOM_CONSTRUCT_VAC_PENDING_INL_H
+#if defined(NOISELOOM_CONSTRUCT_ORDER_VAC_PENDING_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef NOISELOOM_CONSTRUCT_ORDER_VAC_PENDING_INL_H
+#undef NOISELOOM_CONSTRUCT_ORDER_VAC_PENDING_INL_H
 #else
-#define NOISELOOM_CONSTRUCT_VAC_PENDING_INL_H
+#define NOISELOOM_CONSTRUCT_ORDER_VAC_PENDING_INL_H
 #endif
 
 #include <hwy/highway.h>
@@ -13,8 +13,8 @@
 #include <array>
 #include <cstdint>
 
-#include "construct/rows-inl.h"
-#include "construct/vac_pending.h"
+#include "construct/order/rows-inl.h"
+#include "construct/order/vac_pending.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::vac_simd::HWY_NAMESPACE {

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "construct/vac_field.h"
+#include "construct/order/vac_field.h"
 #include "noiseloom/dist/communicator.h"
 
 namespace noiseloom {

@@ -14,7 +14,7 @@
 #include <optional>
 #include <vector>
 
-#include "construct/vac_layout.h"
+#include "construct/order/vac_layout.h"
 
 namespace noiseloom {
 

@@ -1,8 +1,8 @@
 // The random pattern that void and cluster starts from, drawn by all ranks together.
 #pragma once
 
-#include "construct/vac_exchange.h"
-#include "construct/vac_order.h"
+#include "construct/order/vac_exchange.h"
+#include "construct/order/vac_order.h"
 #include "noiseloom/construct/void_and_cluster.h"
 
 namespace noiseloom {

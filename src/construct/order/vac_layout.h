@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "construct/vac_kernel.h"
+#include "construct/order/vac_kernel.h"
 
 namespace noiseloom {
 

@@ -1,4 +1,4 @@
-#include "construct/vac_candidates.h"
+#include "construct/order/vac_candidates.h"
 
 #include <algorithm>
 #include <utility>

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "construct/vac_kernel.h"
-#include "construct/vac_layout.h"
+#include "construct/order/vac_kernel.h"
+#include "construct/order/vac_layout.h"
 
 namespace noiseloom {
 

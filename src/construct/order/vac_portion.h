@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "construct/vac_layout.h"
+#include "construct/order/vac_layout.h"
 
 namespace noiseloom {
 

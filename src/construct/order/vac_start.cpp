@@ -1,4 +1,4 @@
-#include "construct/vac_start.h"
+#include "construct/order/vac_start.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "construct/vac_pending.h"
+#include "construct/order/vac_pending.h"
 
 #include <algorithm>
 

@@ -1,16 +1,16 @@
-#include "construct/vac_field_simd.h"
+#include "construct/order/vac_field_simd.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "construct/vac_field_simd.cpp"
+#define HWY_TARGET_INCLUDE "construct/order/vac_field_simd.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "construct/rows-inl.h"
-#include "construct/vac_pending-inl.h"
+#include "construct/order/rows-inl.h"
+#include "construct/order/vac_pending-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::vac_simd::HWY_NAMESPACE {

@@ -1,4 +1,4 @@
-#include "construct/vac_kernel.h"
+#include "construct/order/vac_kernel.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "construct/vac_layout.h"
+#include "construct/order/vac_layout.h"
 
 namespace noiseloom {
 

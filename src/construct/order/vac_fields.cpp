@@ -1,4 +1,4 @@
-#include "construct/vac_fields.h"
+#include "construct/order/vac_fields.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,14 +1,14 @@
-#include "construct/vac_plane_bins.h"
+#include "construct/order/vac_plane_bins.h"
 
 #include <algorithm>
 #include <bit>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "construct/vac_plane_bins.cpp"
+#define HWY_TARGET_INCLUDE "construct/order/vac_plane_bins.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "construct/rows-inl.h"
+#include "construct/order/rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::vac_simd::HWY_NAMESPACE {

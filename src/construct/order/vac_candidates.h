@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "construct/vac_exchange.h"
-#include "construct/vac_fields.h"
+#include "construct/order/vac_exchange.h"
+#include "construct/order/vac_fields.h"
 
 namespace noiseloom {
 

@@ -11,7 +11,7 @@
 #include <optional>
 #include <utility>
 
-#include "construct/vac_candidates.h"
+#include "construct/order/vac_candidates.h"
 
 namespace noiseloom {
 

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "construct/vac_field.h"
-#include "construct/vac_portion.h"
+#include "construct/order/vac_field.h"
+#include "construct/order/vac_portion.h"
 #include "noiseloom/core/parallel.h"
 
 namespace noiseloom {

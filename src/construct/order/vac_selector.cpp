@@ -1,4 +1,4 @@
-#include "construct/vac_selector.h"
+#include "construct/order/vac_selector.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,10 +1,10 @@
 // Adding rows of fixed-point weights to rows of words, for every instruction set: what void and cluster and
 // construction have in common in their inner loops. Included once for each target (Highway's foreach_target).
-#if defined(NOISELOOM_CONSTRUCT_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef NOISELOOM_CONSTRUCT_ROWS_INL_H
-#undef NOISELOOM_CONSTRUCT_ROWS_INL_H
+#if defined(NOISELOOM_CONSTRUCT_ORDER_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef NOISELOOM_CONSTRUCT_ORDER_ROWS_INL_H
+#undef NOISELOOM_CONSTRUCT_ORDER_ROWS_INL_H
 #else
-#define NOISELOOM_CONSTRUCT_ROWS_INL_H
+#define NOISELOOM_CONSTRUCT_ORDER_ROWS_INL_H
 #endif
 
 #include <hwy/highway.h>

@@ -11,8 +11,8 @@
 #include <span>
 #include <vector>
 
-#include "construct/vac_bins.h"
-#include "construct/vac_plane_bins.h"
+#include "construct/order/vac_bins.h"
+#include "construct/order/vac_plane_bins.h"
 
 namespace noiseloom {
 

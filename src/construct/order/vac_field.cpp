@@ -1,4 +1,4 @@
-#include "construct/vac_field.h"
+#include "construct/order/vac_field.h"
 
 #include <sys/mman.h>
 
@@ -7,8 +7,8 @@
 #include <new>
 #include <utility>
 
-#include "construct/vac_field_simd.h"
-#include "construct/vac_sources.h"
+#include "construct/order/vac_field_simd.h"
+#include "construct/order/vac_sources.h"
 
 namespace noiseloom {
 namespace {

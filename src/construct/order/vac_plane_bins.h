@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "construct/vac_layout.h"
+#include "construct/order/vac_layout.h"
 
 namespace noiseloom {
 

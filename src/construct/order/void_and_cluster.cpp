@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "construct/vac_candidates.h"
-#include "construct/vac_selector.h"
-#include "construct/vac_start.h"
-#include "construct/vac_swapper.h"
+#include "construct/order/vac_candidates.h"
+#include "construct/order/vac_selector.h"
+#include "construct/order/vac_start.h"
+#include "construct/order/vac_swapper.h"
 #include "noiseloom/core/random.h"
 
 namespace noiseloom {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "construct/vac_field.h"
+#include "construct/order/vac_field.h"
 
 namespace noiseloom {
 

@@ -1,4 +1,4 @@
-#include "construct/vac_bins.h"
+#include "construct/order/vac_bins.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,4 +1,4 @@
-#include "construct/vac_portion.h"
+#include "construct/order/vac_portion.h"
 
 #include <limits>
 

@@ -16,10 +16,10 @@
 #include <utility>
 #include <vector>
 
-#include "construct/vac_kernel.h"
-#include "construct/vac_layout.h"
-#include "construct/vac_pending.h"
-#include "construct/vac_portion.h"
+#include "construct/order/vac_kernel.h"
+#include "construct/order/vac_layout.h"
+#include "construct/order/vac_pending.h"
+#include "construct/order/vac_portion.h"
 
 namespace noiseloom {
 

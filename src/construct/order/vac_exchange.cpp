@@ -1,4 +1,4 @@
-#include "construct/vac_exchange.h"
+#include "construct/order/vac_exchange.h"
 
 namespace noiseloom {
 namespace {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "construct/vac_field.h"
+#include "construct/order/vac_field.h"
 
 namespace noiseloom::vac_simd {
 
