@@ -164,7 +164,7 @@ void ConstructJob::score() {
 
 std::string ConstructJob::position() const {
   const ConstructProgress& progress = run_->progress();
-  if (run_->done()) return fmt::format("the end, R {:.5f}", relative_error_);
+  if (run_->done()) return fmt::format("the end of the construction, R {:.5f}", relative_error_);
   return fmt::format("phase {}, {} of {} pixels placed", construct_phase_name(progress.phase), num_ranked(),
                      config_.problem.extents.num_cells());
 }

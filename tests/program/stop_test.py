@@ -19,6 +19,17 @@ groups  = [ { axes = "xy", kernel = "box", size = 3 }, { axes = "t", kernel = "b
 [optimizer]
 stop = { iterations = 600 }
 """
+CONSTRUCTED = """
+[texture]
+size    = { x = 48, y = 48, t = 4 }
+samples = "uniform"
+[filter]
+combine = "product"
+groups  = [ { axes = "xy", kernel = "gauss", sigma = 1.0 }, { axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.1 } ]
+[optimizer]
+method = "construct"
+stop   = { iterations = 4000 }
+"""
 LONG = ("--set", "optimizer.stop.iterations=1000000")
 
 
@@ -89,6 +100,21 @@ class Stop(ProgramTest):
         self.assertGreater(stops, 0)
         self.assertEqual(process.returncode, 0, self.run_program("info", "out.h5").stdout)
         self.assertEqual(self.samples_checksum("out.h5"), self.samples_checksum("straight.h5"))
+
+    def test_a_stop_within_the_trials_of_annealing_keeps_what_was_constructed(self):
+        # Trials tell how hot annealing may begin; they come after the construction and have no step of their own.
+        self.config = self.write("constructed.toml", CONSTRUCTED)
+        self.run_program("generate", self.config, "-o", "straight.h5", "--quiet")
+        for ranks in (None, 2):
+            with self.subTest(ranks=ranks):
+                process = self.start("--overwrite", ranks=ranks)
+                self.wait_for(process, '"phase": "done"')
+                process.send_signal(signal.SIGUSR1)
+                errors = self.ended(process, 75)
+                self.assertIn("stopped by SIGUSR1 at the end of the construction", errors)
+                self.assertNotIn('"iterations"', errors)
+                self.run_program("generate", self.config, "-o", "out.h5", "--resume", "--quiet")
+                self.assertEqual(self.samples_checksum("out.h5"), self.samples_checksum("straight.h5"))
 
     def test_a_signal_before_the_start(self):
         # As soon as the handler is in place, which is long before MPI is: nothing is saved, and that is said.
