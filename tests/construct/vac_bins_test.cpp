@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 #include <random>
+#include <utility>
 
 #include "construct/order/vac_bins.h"
 #include "construct/order/vac_plane_bins.h"
@@ -59,6 +60,11 @@ void expect_same_energies_everywhere() {
   expect_same_energies(bounded);
   bounded.toroidal = {true, false};
   expect_same_energies(bounded);
+  for (const auto& [x, y] : {std::pair{false, true}, {true, false}, {false, false}}) {  // several tiles both ways
+    bounded = vac_spec({256, 70}, {{0, 1}});
+    bounded.toroidal = {x, y};
+    expect_same_energies(bounded);
+  }
 }
 
 TEST(VacPlaneBins, FindWhatBinsOfTheFootprintsSizeFind) { expect_same_energies_everywhere(); }

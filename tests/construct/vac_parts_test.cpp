@@ -99,6 +99,49 @@ TEST(VacField, SlicesOfItsOwnGetTheSameEnergiesFromPicksAnywhere) {
   }
 }
 
+// What follows slice by slice is what a call of its own finds afterwards; also where it is too much, and some slices
+// are not looked at.
+TEST(VacField, AScanThatFollowsFindsWhatOneOfItsOwnFinds) {
+  for (const std::size_t most : {std::size_t{100000}, std::size_t{300}}) {
+    for (const auto& groups :
+         std::vector<std::vector<std::vector<int>>>{{{0, 1}, {2, 3}}, {{0, 1}, {2}}, {{0, 1, 2}}}) {
+      const VacSpec spec = vac_spec({16, 18, 6, 3}, groups, 1.3);
+      const VacKernel kernel(spec);
+      VacField at_once(spec, kernel, 0, 18);
+      VacField apart(spec, kernel, 0, 18);
+      std::vector<std::uint64_t> points = vac_start_pattern(spec);
+      const std::vector<std::uint64_t> second(points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2),
+                                              points.end());
+      points.resize(points.size() / 2);
+      for (VacField* field : {&at_once, &apart}) {
+        field->turn(true, points);
+        field->refresh_bounds(VacView::voids);
+        field->scan({VacView::voids, VacTieHash(1), std::uint64_t{20} << 32, 100000});
+      }
+      ASSERT_EQ(at_once.found().size(), apart.found().size());
+      VacPortion portion;
+      portion.positions = second;
+      portion.divide(at_once.layout());
+      ASSERT_TRUE(portion.is_divided());
+      const std::uint64_t limit = std::uint64_t{kernel.weight_sum() / 8} << 32;
+      const VacScan then{VacView::voids, VacTieHash(1), limit, most};
+      at_once.turn(true, portion, &then);
+      apart.turn(true, portion);
+      apart.scan(then);
+      ASSERT_FALSE(apart.found().empty());
+      ASSERT_EQ(at_once.found_all(), most > 300);
+      ASSERT_EQ(apart.found_all(), at_once.found_all());
+      ASSERT_EQ(at_once.found().size(), apart.found().size());
+      for (std::size_t i = 0; i < apart.found().size(); ++i) {
+        ASSERT_EQ(at_once.found()[i].position, apart.found()[i].position);
+        ASSERT_EQ(at_once.found()[i].key(), apart.found()[i].key());
+      }
+      ASSERT_TRUE(std::ranges::equal(at_once.bounds(), apart.bounds()));
+      for (std::uint64_t p = 0; p < 16U * 18U * 18U; ++p) ASSERT_EQ(at_once.word(p), apart.word(p));
+    }
+  }
+}
+
 // A thread that helps and fails must not leave the one that picks waiting for its part.
 TEST(VacFields, AFailureOfAHelperReachesTheCaller) {
   const VacSpec spec = vac_spec({16, 16, 16}, {{0, 1}, {2}}, 1.3);

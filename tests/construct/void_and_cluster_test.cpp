@@ -198,8 +198,11 @@ TEST(VoidAndCluster, DoesNotDependOnHowPicksAreDivided) {
 }
 
 TEST(VoidAndCluster, DoesNotDependOnThreads) {
-  for (const VacSpec& spec : {vac_spec({23, 19, 6}, {{0, 1}, {2}}), vac_spec({9, 10, 5, 3}, {{0, 1}, {2, 3}}),
-                              vac_spec({61, 67}, {{0, 1}}), vac_spec({11, 5, 7, 3}, {{0, 1, 2}, {3}})}) {
+  VacSpec bounded = vac_spec({13, 12, 11, 3}, {{0, 1}, {2, 3}});
+  bounded.toroidal = {true, true, false, true};
+  for (const VacSpec& spec :
+       {vac_spec({23, 19, 6}, {{0, 1}, {2}}), vac_spec({9, 10, 5, 3}, {{0, 1}, {2, 3}}), vac_spec({61, 67}, {{0, 1}}),
+        vac_spec({11, 5, 7, 3}, {{0, 1, 2}, {3}}), vac_spec({9, 8, 7}, {{0, 1}, {1, 2}}), bounded}) {
     const auto one = ranks_of(spec);
     for (const int threads : {2, 3, 5, 16}) {
       LocalRun run(spec, threads);

@@ -19,7 +19,7 @@ constexpr std::int64_t leaf_cells = VacLayout::leaf_cells;
 }  // namespace
 
 VacWords allocate_words(std::size_t count) {
-  // Footprints over slice axes touch a page for every slice: huge pages keep them within reach of the TLB.
+  // Rows of a footprint, and slices, are pages apart: huge pages keep them within reach of the TLB.
   constexpr std::size_t huge_page = std::size_t{1} << 21;
   const std::size_t alignment = count * sizeof(std::uint32_t) >= huge_page ? huge_page : 64;
   const std::size_t bytes = (count * sizeof(std::uint32_t) + alignment - 1) / alignment * alignment;
@@ -87,31 +87,6 @@ class Points {
     word_step_ = a0 == 1 ? layout.size[0] : slice_step_ * layout.slice_words;
     cell_ = data + (a0 == 1 ? place.cell % layout.size[0] : place.cell);
     whole_ = layout.slice_begin == 0 && layout.slice_end == layout.num_slices;
-  }
-
-  std::int64_t at(std::size_t axis) const { return at_[axis]; }
-
-  // The coordinates [begin, end) of the group's second axis whose rows can meet slices that are present.
-  std::pair<std::int64_t, std::int64_t> rows_present() const {
-    const auto a = static_cast<std::size_t>(group_.others[0]);
-    if (whole_) return {0, layout_.size[a]};
-    const std::int64_t step = layout_.slice_step[a];
-    const std::int64_t first = own_slice_ - at0_ * slice_step_ - at_[a] * step;  // slice at the origin of both axes
-    const std::int64_t before = layout_.slice_begin - first - (size0_ - 1) * slice_step_;
-    const std::int64_t behind = layout_.slice_end - first;
-    return {before > 0 ? (before - 1) / step + 1 : 0,
-            behind > 0 ? std::min(layout_.size[a], (behind - 1) / step + 1) : 0};
-  }
-
-  // Fetches the lines that rows at coordinate `c` of the group's second axis write to.
-  void prefetch_row(std::int64_t c) const {
-    const auto a = static_cast<std::size_t>(group_.others[0]);
-    const std::int64_t slice = own_slice_ - at0_ * slice_step_ + (c - at_[a]) * layout_.slice_step[a];
-    std::int64_t begin = 0;
-    std::int64_t end = size0_;
-    if (!whole_ && !clip(slice, begin, end)) return;
-    const std::uint32_t* words = cell_ + (slice - layout_.slice_begin) * layout_.slice_words + begin * word_step_;
-    for (std::int64_t left = end - begin; left > 0; --left, words += word_step_) __builtin_prefetch(words, 1);
   }
 
   // Calls visit(word, weight) for the taps of one row.

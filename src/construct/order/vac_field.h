@@ -66,7 +66,7 @@ class VacField {
 
   // All off, all energies zero.
   void clear();
-  // Pixels of any slices (ascending, divided); they act on the slices of this field. `then`: what scan() is to be
+  // Pixels of any slices, ascending, after divide(); they act on the slices of this field. `then`: what scan() is to be
   // called with afterwards; done slice by slice, while they are in the second cache.
   void turn(bool on, const VacPortion& portion, const VacScan* then = nullptr);
   void turn(bool on, std::vector<std::uint64_t> positions);

@@ -87,24 +87,33 @@ HWY_INLINE void add_any(const VacLayout& layout, const VacGroupKernel& group, st
                         std::uint64_t position) {
   const VacLayout::Coord at = layout.coord(position);
   if (group.edges == VacEdges::cross && !group.reaches_an_edge(at[0], layout.size[0], at[1], layout.size[1])) return;
+  // Rows of one slice follow each other: `others` ascend, and the first of them changes from row to row.
+  const std::int64_t own_slice = static_cast<std::int64_t>(position) / layout.cells;
+  const std::size_t first_slice_axis = !group.others.empty() && group.others[0] == 1 ? 1 : 0;
+  const VacRow* first_of_slice = nullptr;
+  std::int64_t slice = own_slice;
+  bool is_present = false;
   for (const VacRow& row : group.rows) {
-    std::int64_t y = at[1];
-    bool crosses = false;
-    std::int64_t slice = static_cast<std::int64_t>(position) / layout.cells;
-    bool inside = true;
-    for (std::size_t i = 0; i < group.others.size() && inside; ++i) {
-      const int axis = group.others[i];
-      const auto a = static_cast<std::size_t>(axis);
-      std::int64_t c = at[a];
-      inside = layout.move(c, axis, row.offset[i]);
-      if (axis == 1) {
-        y = c;
-        crosses = crosses || c != at[1] + row.offset[i];
-      } else {
+    bool another = first_of_slice == nullptr;
+    for (std::size_t i = first_slice_axis; i < group.others.size() && !another; ++i) {
+      another = row.offset[i] != first_of_slice->offset[i];
+    }
+    if (another) {
+      first_of_slice = &row;
+      slice = own_slice;
+      is_present = true;
+      for (std::size_t i = first_slice_axis; i < group.others.size() && is_present; ++i) {
+        const auto a = static_cast<std::size_t>(group.others[i]);
+        std::int64_t c = at[a];
+        is_present = layout.move(c, group.others[i], row.offset[i]);
         slice += (c - at[a]) * layout.slice_step[a];
       }
+      is_present = is_present && layout.has_slice(slice);
     }
-    if (!inside || !layout.has_slice(slice)) continue;
+    if (!is_present) continue;
+    std::int64_t y = at[1];
+    if (first_slice_axis == 1 && !layout.move(y, 1, row.offset[0])) continue;
+    const bool crosses = first_slice_axis == 1 && y != at[1] + row.offset[0];
     std::uint32_t* const words = data + (slice - layout.slice_begin) * layout.slice_words + y * layout.size[0];
     if (group.edges == VacEdges::pass || (crosses && group.edges == VacEdges::cross)) {
       add_row(layout, row, group.weights.data(), add, at[0], words);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <thread>
 
+#include "construct/order/vac_sources.h"
 #include "noiseloom/core/partition.h"
 
 namespace noiseloom {
@@ -14,9 +15,11 @@ VacFields::VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t 
   const auto cells = static_cast<std::uint64_t>(spec.extents.cells_per_slice());
   begin_ = cells * static_cast<std::uint64_t>(begin);
   end_ = cells * static_cast<std::uint64_t>(end);
-  constexpr int parts_a_thread = 8;
+  // Where a group reaches other slices pixel by pixel, each part goes through all picks: then more parts are more work.
+  const bool by_slices = std::ranges::all_of(
+      kernel.groups(), [](const VacGroupKernel& group) { return group.stays_in_slice() || is_of_slices(group); });
   const int threads = pool.num_threads();
-  const int num_parts = threads == 1 ? 1 : threads * parts_a_thread;
+  const int num_parts = threads == 1 || !by_slices ? threads : 8 * threads;
   const Partition split(end - begin, std::max(1, std::min<int>(num_parts, end - begin)));
   for (int i = 0; i < split.num_ranks(); ++i) {
     parts_.emplace_back(spec, kernel, begin + split.begin(i), begin + split.end(i));
@@ -29,9 +32,8 @@ VacFields::VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t 
 }
 
 VacField& VacFields::part_of(std::uint64_t position) {
-  std::size_t i = 0;
-  while (position >= part_ends_[i]) ++i;
-  return parts_[i];
+  const auto part = std::upper_bound(part_ends_.begin(), part_ends_.end(), position);
+  return parts_[static_cast<std::size_t>(part - part_ends_.begin())];
 }
 
 std::size_t VacFields::num_leaves() const {
@@ -60,7 +62,10 @@ void VacFields::clear() {
   for_each([](VacField& part, std::size_t) { part.clear(); });
 }
 void VacFields::turn_on(std::span<const std::uint64_t> positions) {
-  for_each([&](VacField& part, std::size_t) { part.turn(true, {positions.begin(), positions.end()}); });
+  VacPortion portion;
+  portion.positions.assign(positions.begin(), positions.end());
+  portion.divide(layout_);
+  for_each([&](VacField& part, std::size_t) { part.turn(true, portion); });
 }
 void VacFields::refresh_bounds(VacView view) {
   for_each([&](VacField& part, std::size_t) { part.refresh_bounds(view); });

@@ -1,5 +1,5 @@
-// The slices of one rank, in as many parts as there are threads to work on them. Parts are contiguous blocks of slices
-// and never write to each other, so neither their number nor that of threads can change anything.
+// The slices of one rank, in parts for threads to work on. Parts are contiguous blocks of slices and never write to
+// each other, so neither their number nor that of threads can change anything.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ class VacFields {
   bool has(std::uint64_t position) const { return position >= begin_ && position < end_; }
   // Requires has(position).
   std::uint32_t word(std::uint64_t position) { return part_of(position).word(position); }
-  // Calls body(part, index of the part), in parallel; each thread prefers the parts that it turned last.
+  // Calls body(part, index of the part), in parallel; each thread begins with its own.
   void for_each(const std::function<void(VacField&, std::size_t)>& body);
 
   // See VacField. Positions of pixels of any rank.
@@ -36,13 +36,7 @@ class VacFields {
   void turn_on(std::span<const std::uint64_t> positions);
   void refresh_bounds(VacView view);
 
-  // Turns on (off) the pixels of one batch. `next` fills in positions and numbers of the next picks, or returns false;
-  // it is called on the calling thread, at most `most_portions` times, and then `all`, which fills in those of all of
-  // them. `turned` hears, on any thread, of a part's own pixels of a portion: [first, last) of it. `streamed`, which
-  // requires has_helpers(): the other threads turn the portions that there are while the next ones are picked.
-  // Otherwise `next` is not called, and `all` picks; this costs less for few picks. At the end all is done, and each
-  // part has made the scan `then` or, without one, has ended its batch. Where a call throws, parts are left behind half
-  // done, and the exception goes on.
+  // Whether there are other threads, and parts for them.
   bool has_helpers() const { return pool_.num_threads() > 1 && parts_.size() > 1; }
   static constexpr std::size_t most_portions = 16;
   struct Picks {
@@ -50,11 +44,18 @@ class VacFields {
     std::function<void(VacPortion&)> all;
     std::function<void(const VacPortion&, std::size_t first, std::size_t last)> turned;
   };
+  // Turns on (off) the pixels of one batch. `next` fills in positions and numbers of the next picks, or returns false;
+  // it is called on the calling thread, at most `most_portions` times, and then `all`, which fills in those of all of
+  // them. `turned` hears, on any thread, of a part's own pixels of a portion: [first, last) of it. `streamed`, which
+  // requires has_helpers(): the other threads turn the portions that there are while the next ones are picked.
+  // Otherwise `next` is not called, and `all` picks; this costs less for few picks. At the end all is done, and each
+  // part has made the scan `then` or, without one, has ended its batch. Where a call throws, parts are left behind half
+  // done, and the exception goes on.
   void turn_as_they_come(bool on, bool streamed, const Picks& picks, const VacScan* then);
 
  private:
-  // Slices are in more parts than there are threads, and a part stays with the thread that turned it last: its words
-  // are in that thread's caches. A thread with nothing left to do takes over parts of others, so that the one that
+  // Slices are in more parts than there are threads, and each part is of one of them, in whose caches its words are. A
+  // thread with nothing left to do in a batch that is streamed makes parts of others its own, so that the one that
   // picks ends up with fewer.
   struct Progress {
     std::atomic<int> owner{0};

@@ -86,8 +86,8 @@ VacPlaneBins::VacPlaneBins(const VacLayout& layout, const VacGroupKernel& group)
     axes_[1].lo = std::max(axes_[1].lo, -row.offset[0]);
     axes_[1].hi = std::max(axes_[1].hi, row.offset[0]);
   }
-  // So wide that a footprint meets at most four tiles along an axis, or all five. Narrow planes are one tile wide, as
-  // few candidates are looked at in vain there.
+  // So wide that a footprint meets at most four tiles along an axis. Narrow planes are one tile wide, as few candidates
+  // are looked at in vain there.
   constexpr std::int32_t least_widths[] = {64, 16};
   constexpr std::int64_t narrow_plane = 128;
   for (std::size_t i = 0; i < 2; ++i) {
@@ -98,7 +98,7 @@ VacPlaneBins::VacPlaneBins(const VacLayout& layout, const VacGroupKernel& group)
     axis.shift = static_cast<int>(std::bit_width(static_cast<std::uint32_t>(width - 1)));
     axis.num_tiles = static_cast<std::int32_t>((size - 1) >> axis.shift) + 1;
   }
-  const std::int32_t width = axes_[0].lo + axes_[0].hi + 1;
+  const std::int64_t width = axes_[0].lo + axes_[0].hi + 1;
   weights_.assign(static_cast<std::size_t>(width * (axes_[1].lo + axes_[1].hi + 1)), 0);
   for (const VacRow& row : group.rows) {
     std::copy_n(group.weights.begin() + static_cast<std::ptrdiff_t>(row.first), row.lo + row.hi + 1,

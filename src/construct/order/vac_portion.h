@@ -1,4 +1,4 @@
-// Picks on their way into the fields: some that follow each other in the order, sorted the way fields want them.
+// Picks on their way into the fields: some that follow each other in the order.
 #pragma once
 
 #include <cstdint>

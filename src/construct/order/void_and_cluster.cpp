@@ -240,7 +240,8 @@ struct VoidAndCluster::Impl {
         order.set_place(portion.positions[i], static_cast<std::uint64_t>(place));
       }
     };
-    const auto then = search.scan_ahead(view, open_fraction());
+    // What a cut batch leaves is not in the bounds that a limit is found by.
+    const auto then = left >= candidates.size() ? search.scan_ahead(view, open_fraction()) : std::nullopt;
     fields.turn_as_they_come(filling, streamed, picks, then ? &*then : nullptr);
     progress.num_placed += taken;
     return taken;
@@ -249,7 +250,8 @@ struct VoidAndCluster::Impl {
   // How many picks to hand on at once when so many of the batch have been: enough to be turned in an order that the
   // caches like, and at first fewer, for others to begin with.
   std::size_t portion_size(std::uint32_t taken) const {
-    constexpr std::size_t fewest = 64;
+    // Fewer than slices are not divided.
+    const auto fewest = static_cast<std::size_t>(std::max(64, spec.extents.num_slices()));
     const std::size_t n = candidates.size();
     return std::max(taken == 0 ? n / 8 : n / 4, fewest);
   }
