@@ -129,15 +129,15 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request) {
   PlanTime& time = plan.time;
   time.stop = "order";
   time.candidate_us = measured.seconds_per_place * 1e6;
-  // About six bytes a pick, in batches of hundreds. As in the summary, what a rank tells all others counts once.
+  // About 17 bytes a pick, in batches of hundreds. As in the summary, what a rank tells all others counts once.
   if (request.ranks > 1) {
     time.exchange = (2 * plan.phases.swaps + pixels / 256) * 10e-6 * std::log2(request.ranks);
-    plan.exchange.bytes = pixels * 6;
+    plan.exchange.bytes = pixels * 17;
   }
   const double workers = std::min(as_double(extents.num_slices()), as_double(request.ranks) * request.threads);
-  // Swaps go one after another; of the rest, searches and energies are shared out.
+  // Swaps go one after another; the rest is shared out but for what waits for other slices.
   time.moves = swap_cost * plan.phases.swaps * measured.seconds_per_place +
-               pixels * measured.seconds_per_place * (0.4 + 0.6 / std::max(1.0, workers));
+               pixels * measured.seconds_per_place * (0.2 + 0.8 / std::max(1.0, workers));
   time.start = 0.1 + points * 50e-9;
   time.saves = save_seconds(plan.run_file_bytes) * (1 + std::floor(time.total() / 600));
   time.spread = measured.whole ? 1.3 : 2;

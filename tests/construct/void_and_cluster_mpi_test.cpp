@@ -116,8 +116,8 @@ TEST(VoidAndClusterRanks, GiveTheSameInBatchesOfAnySizeAndOnAnyNumberOfThreads) 
   }
 }
 
-// Large enough for batches of hundreds, whose first picks are turned while the last ones are still chosen.
-TEST(VoidAndClusterRanks, GiveTheSameWhereThreadsTurnPicksWhileOthersAreChosen) {
+// Large enough for batches of hundreds, which are divided.
+TEST(VoidAndClusterRanks, GiveTheSameWhereThreadsAndRanksPickApart) {
   const Communicator world = Communicator::world();
   const Communicator self = Communicator::self();
   std::vector<VacSpec> specs{vac_spec({128, 64, 32}, {{0, 1}, {2}})};

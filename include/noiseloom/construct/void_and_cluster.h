@@ -41,12 +41,12 @@
 //          summed. Whenever energies are computed anew, the pixels that are on travel as one bit a pixel.
 //   swap   each rank offers its best cluster, then its best void: two collectives of 16 bytes a swap.
 //   drain, fill   a batch: the ranks agree on a limit, each finds the pixels of its slices with a key up to it, these
-//          candidates (position and energy, about five bytes each) go to all, every rank takes the same picks from them
-//          and carries them out in its own slices. Two collectives of MPI's a batch, which is hundreds to tens of
-//          thousands of picks: numbers of bytes and the next limit, then the candidates. Exact because keys only rise
-//          while pixels are turned on (off): all that the picks up to the limit depend on are the candidates
-//          (vac_selector.h). Limits change where batches end, not the picks.
-//          Within a rank one thread takes the picks, and the others carry out those that there are meanwhile.
+//          candidates (position and energy, about five bytes each) go to all, each thread of each rank picks among
+//          those of its own slices, the picks (eight bytes a candidate) go to all, every rank picks among those that
+//          had to wait for other slices, and all is carried out in the own slices. Three collectives of MPI's a batch,
+//          which is hundreds to tens of thousands of picks: numbers of bytes and the next limit, the candidates, the
+//          picks. Exact because keys only rise while pixels are turned on (off): all that the picks up to the limit
+//          depend on are the candidates (vac_selector.h). Limits change where batches end, not the picks.
 // So all decisions are made from the same integers on every rank, and no rank or thread count can change them.
 #pragma once
 
@@ -130,8 +130,8 @@ class VoidAndCluster {
   // *Collective*
   void restore(const VacProgress& progress, const std::function<std::vector<std::byte>(SliceIndex)>& order);
   // Does up to `max_picks` >= 1 picks (a swap counts as one); fewer only when done. How the picks are divided among
-  // calls changes the time alone: picks are taken in batches of a few thousandths of the pixels, which a smaller
-  // `max_picks` cuts short. *Collective*
+  // calls changes the time alone: picks are taken in batches of a few thousandths of the pixels, and what a smaller
+  // `max_picks` leaves of one the next call goes on with. *Collective*
   void advance(std::int64_t max_picks);
   // The most picks that are taken at once from here on, >= 1; changes the time alone. The same on every rank.
   void limit_batches(std::int64_t max_picks);

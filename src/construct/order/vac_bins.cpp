@@ -37,7 +37,6 @@ VacBins::VacBins(const VacLayout& layout, const VacGroupKernel& group) : edges_(
     fixed_stride_.push_back({static_cast<std::size_t>(index), num_bins});
     num_bins *= layout.size[static_cast<std::size_t>(index)];
   }
-  heads_.resize(static_cast<std::size_t>(num_bins), none);
   weights_.assign(static_cast<std::size_t>(num_weights), 0);
   for (const VacRow& row : group.rows) {
     std::int64_t at = axes_[0].lo - row.lo;
@@ -54,16 +53,16 @@ std::int64_t VacBins::bin(const Coord& at) const {
   return result;
 }
 
-// In time proportional to the pixels: most bins are empty.
 void VacBins::assign(std::span<const Coord> at) {
-  for (const std::size_t bin : used_) heads_[bin] = none;
+  const int slots_log2 = static_cast<int>(std::bit_width(at.size())) + 2;
+  slot_shift_ = 64 - slots_log2;
+  heads_.assign(std::size_t{1} << slots_log2, none);
   at_ = at;
-  used_.resize(at.size());
+  bin_.resize(at.size());
   next_.resize(at.size());
   for (std::uint32_t i = 0; i < at.size(); ++i) {
-    const auto to = static_cast<std::size_t>(bin(at[i]));
-    used_[i] = to;
-    next_[i] = std::exchange(heads_[to], i);
+    bin_[i] = bin(at[i]);
+    next_[i] = std::exchange(heads_[slot(bin_[i])], i);
   }
 }
 

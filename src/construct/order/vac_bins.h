@@ -49,6 +49,9 @@ class VacBins {
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
   std::int64_t bin(const Coord& at) const;
+  std::size_t slot(std::int64_t bin) const {
+    return static_cast<std::size_t>(static_cast<std::uint64_t>(bin) * 0x9E3779B97F4A7C15U >> slot_shift_);
+  }
   std::size_t bins_met(const Axis& axis, std::int32_t c, std::array<std::int64_t, max_bins_met>& bins) const;
 
   // NumAxes 0: any number.
@@ -69,7 +72,9 @@ class VacBins {
       std::int64_t outer = base;
       for (std::size_t a = 1; a < num_axes; ++a) outer += bins[a][step[a]];
       for (std::size_t b = 0; b < count[0]; ++b) {
-        for (std::uint32_t i = heads_[static_cast<std::size_t>(outer + bins[0][b])]; i != none; i = next_[i]) {
+        const std::int64_t wanted = outer + bins[0][b];
+        for (std::uint32_t i = heads_[slot(wanted)]; i != none; i = next_[i]) {
+          if (bin_[i] != wanted) continue;
           const Coord& pixel = at_[i];
           std::int64_t index = 0;
           bool inside = true;
@@ -99,9 +104,11 @@ class VacBins {
   std::vector<Axis> axes_;                                          // of the group
   std::vector<std::pair<std::size_t, std::int64_t>> fixed_stride_;  // the other axes
   std::vector<std::uint32_t> weights_;                              // dense
-  std::vector<std::uint32_t> heads_;                                // of each bin: one of its pixels
-  std::vector<std::uint32_t> next_;                                 // of each pixel: another one of its bin
-  std::vector<std::size_t> used_;                                   // bins, of each pixel
+  // Nearly all bins are empty, so those that share a slot share a list.
+  std::vector<std::uint32_t> heads_;  // of each slot: one of its pixels
+  std::vector<std::uint32_t> next_;   // of each pixel: another one of its slot
+  std::vector<std::int64_t> bin_;     // of each pixel
+  int slot_shift_ = 0;
   std::span<const Coord> at_;
 };
 

@@ -89,7 +89,6 @@ std::optional<VacScan> VacSearch::scan_ahead(VacView view, double fraction) {
 }
 
 std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCandidate>& found) {
-  found.clear();
   std::uint64_t limit = next_limit_ != 0 ? std::exchange(next_limit_, 0) : propose(fraction);
   std::vector<std::byte> bytes;
   std::vector<int> bytes_of_ranks;
@@ -133,14 +132,22 @@ std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCand
       limit = propose(fraction);  // every leaf that was opened now has a higher bound
     }
   }
-  if (limit == 0) return 0;
+  if (limit == 0) {
+    found.clear();
+    return 0;
+  }
   if (exchange_.alone()) {
+    std::vector<std::size_t> begins{0};
     for (std::size_t i = 0; i < fields_.num_parts(); ++i) {
-      const auto& part = fields_.part(i).found();
-      found.insert(found.end(), part.begin(), part.end());
+      begins.push_back(begins.back() + fields_.part(i).found().size());
     }
+    found.resize(begins.back());
+    fields_.for_each([&](const VacField& part, std::size_t i) {
+      std::ranges::copy(part.found(), found.begin() + static_cast<std::ptrdiff_t>(begins[i]));
+    });
     return limit;
   }
+  found.clear();
   VacPacker(limit).unpack(exchange_.gather(bytes, bytes_of_ranks), view, hash_, found);
   return limit;
 }

@@ -14,10 +14,12 @@ HWY_BEFORE_NAMESPACE();
 namespace noiseloom::vac_simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The candidates' places are `places` and what they are called `indices`; there may be up to a vector more to read.
-void RaiseAround(const std::array<VacPlaneBins::Axis, 2>& axes, const std::uint32_t* weights,
-                 const std::uint32_t* places, const std::uint32_t* indices, std::span<const VacPlaneBins::Run> runs,
-                 const VacPlaneBins::Coord& from, std::uint32_t* energies) {
+// Calls visit(k, weight) for the candidates around `from`, whose places are `places`; there may be up to a vector more
+// to read.
+template <class Visit>
+HWY_INLINE void each_around(const std::array<VacPlaneBins::Axis, 2>& axes, const std::uint32_t* weights,
+                            const std::uint32_t* places, std::span<const VacPlaneBins::Run> runs,
+                            const VacPlaneBins::Coord& from, const Visit& visit) {
   using rows::HWY_NAMESPACE::bits_of;
   using rows::HWY_NAMESPACE::Lanes;
   const Lanes d;
@@ -44,10 +46,25 @@ void RaiseAround(const std::array<VacPlaneBins::Axis, 2>& axes, const std::uint3
       hn::Store(hn::Add(hn::Mul(y, width0), x), d, at);
       for (std::uint32_t bits = bits_of(d, mask); bits != 0; bits &= bits - 1) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
-        energies[indices[i + lane]] += weights[at[lane]];
+        visit(i + lane, weights[at[lane]]);
       }
     }
   }
+}
+
+void RaiseAround(const std::array<VacPlaneBins::Axis, 2>& axes, const std::uint32_t* weights,
+                 const std::uint32_t* places, const std::uint32_t* indices, std::span<const VacPlaneBins::Run> runs,
+                 const VacPlaneBins::Coord& from, std::uint32_t* energies) {
+  each_around(axes, weights, places, runs, from,
+              [&](std::size_t k, std::uint32_t weight) HWY_ATTR { energies[indices[k]] += weight; });
+}
+
+void FindAround(const std::array<VacPlaneBins::Axis, 2>& axes, const std::uint32_t* weights,
+                const std::uint32_t* places, const std::uint32_t* indices, std::span<const VacPlaneBins::Run> runs,
+                const VacPlaneBins::Coord& from, std::vector<VacPlaneBins::Hit>& hits) {
+  each_around(axes, weights, places, runs, from, [&](std::size_t k, std::uint32_t weight) HWY_ATTR {
+    hits.push_back({indices[k], weight});
+  });
 }
 
 }  // namespace noiseloom::vac_simd::HWY_NAMESPACE
@@ -58,9 +75,11 @@ namespace noiseloom {
 namespace vac_simd {
 
 HWY_EXPORT(RaiseAround);
+HWY_EXPORT(FindAround);
 
 // Chosen where the targets' namespaces are in reach by one name, as the build for one target alone asks for.
 static auto raise_around() { return HWY_DYNAMIC_DISPATCH(RaiseAround); }
+static auto find_around() { return HWY_DYNAMIC_DISPATCH(FindAround); }
 
 }  // namespace vac_simd
 
@@ -148,17 +167,27 @@ std::size_t VacPlaneBins::tiles_met(const Axis& axis, std::int32_t c, std::array
   return 1;
 }
 
-void VacPlaneBins::raise(const Coord& from, std::span<std::uint32_t> energies) const {
+// Where in places_ the candidates are that the footprint of a pick at `from` may meet.
+std::span<const VacPlaneBins::Run> VacPlaneBins::runs_around(const Coord& from,
+                                                             std::array<Run, most_runs>& runs) const {
+  const auto width = static_cast<std::size_t>(axes_[0].num_tiles);
+  const std::size_t num_tiles = width * static_cast<std::size_t>(axes_[1].num_tiles);
+  const std::size_t origin = plane(from) * num_tiles;
+  const auto begin_of = [&](std::size_t tile) { return tile == 0 ? 0 : ends_[tile - 1]; };
+  // A few are sooner looked at than their tiles.
+  constexpr std::uint32_t few = 32;
+  const Run whole{begin_of(origin), ends_[origin + num_tiles - 1]};
+  if (whole.end - whole.begin <= few) {
+    runs[0] = whole;
+    return std::span(runs).first(1);
+  }
   std::array<Tiles, 2> columns;
   std::array<Tiles, 2> rows;
   const std::size_t num_columns = tiles_met(axes_[0], from[axes_[0].index], columns);
   const std::size_t num_rows = tiles_met(axes_[1], from[axes_[1].index], rows);
-  const auto width = static_cast<std::size_t>(axes_[0].num_tiles);
-  const std::size_t origin = plane(from) * width * static_cast<std::size_t>(axes_[1].num_tiles);
-  std::array<Run, 16> runs;
   std::size_t num_runs = 0;
   const auto add_run = [&](std::size_t first, std::size_t last) {
-    const Run run{first == 0 ? 0 : ends_[first - 1], ends_[last]};
+    const Run run{begin_of(first), ends_[last]};
     if (run.begin < run.end) runs[num_runs++] = run;
   };
   for (std::size_t r = 0; r < num_rows; ++r) {
@@ -174,8 +203,18 @@ void VacPlaneBins::raise(const Coord& from, std::span<std::uint32_t> energies) c
       }
     }
   }
-  vac_simd::raise_around()(axes_, weights_.data(), places_.data(), indices_.data(), std::span(runs).first(num_runs),
-                           from, energies.data());
+  return std::span(runs).first(num_runs);
+}
+
+void VacPlaneBins::raise(const Coord& from, std::span<std::uint32_t> energies) const {
+  std::array<Run, most_runs> runs;
+  vac_simd::raise_around()(axes_, weights_.data(), places_.data(), indices_.data(), runs_around(from, runs), from,
+                           energies.data());
+}
+
+void VacPlaneBins::find(const Coord& from, std::vector<Hit>& hits) const {
+  std::array<Run, most_runs> runs;
+  vac_simd::find_around()(axes_, weights_.data(), places_.data(), indices_.data(), runs_around(from, runs), from, hits);
 }
 
 }  // namespace noiseloom

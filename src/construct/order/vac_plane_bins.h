@@ -22,6 +22,12 @@ class VacPlaneBins {
   void assign(std::span<const Coord> at);
   // Adds the group's weights to the energies of the candidates around `from`.
   void raise(const Coord& from, std::span<std::uint32_t> energies) const;
+  // Appends those candidates.
+  struct Hit {
+    std::uint32_t index;
+    std::uint32_t weight;
+  };
+  void find(const Coord& from, std::vector<Hit>& hits) const;
 
   // For the vector loops. Along an axis: its index, its size or, where it does not wrap around, more than any
   // difference, and the reach of the footprint.
@@ -60,6 +66,8 @@ class VacPlaneBins {
     std::int32_t first;
     std::int32_t last;
   };
+  static constexpr std::size_t most_runs = 16;
+  std::span<const Run> runs_around(const Coord& from, std::array<Run, most_runs>& runs) const;
   static std::size_t tiles_met(const Axis& axis, std::int32_t c, std::array<Tiles, 2>& tiles);
 
   std::array<Axis, 2> axes_;

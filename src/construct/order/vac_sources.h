@@ -11,6 +11,11 @@
 namespace noiseloom {
 
 inline bool is_of_slices(const VacGroupKernel& group) { return group.axis0 >= 2; }
+// Whether slices act on each other through such groups only.
+inline bool acts_by_slices(const VacKernel& kernel) {
+  return std::ranges::all_of(kernel.groups(),
+                             [](const VacGroupKernel& group) { return group.stays_in_slice() || is_of_slices(group); });
+}
 
 // Calls visit(first, last, weights, middle) for the runs of slices [first, last] that act on slice `to`: slice s by
 // weights[middle - s]. Requires is_of_slices(group).

@@ -5,9 +5,10 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "construct/order/vac_candidates.h"
-#include "construct/order/vac_selector.h"
+#include "construct/order/vac_selection.h"
 #include "construct/order/vac_start.h"
 #include "construct/order/vac_swapper.h"
 #include "noiseloom/core/random.h"
@@ -93,6 +94,7 @@ struct VoidAndCluster::Impl {
         exchange(communicator),
         fields(spec, kernel, begin, end, pool),
         search(fields, exchange, hash),
+        selection(spec, kernel, partition, communicator.rank().value(), exchange, pool),
         order(spec.extents, begin, end) {}
 
   void start() {
@@ -124,7 +126,7 @@ struct VoidAndCluster::Impl {
   // Brings the fields to what progress and order say.
   void enter_phase() {
     swapper.reset();
-    selector.reset();
+    batch = {};
     if (progress.phase == VacPhase::done) return;
     fields.clear();
     if (progress.phase == VacPhase::fill) {
@@ -141,7 +143,6 @@ struct VoidAndCluster::Impl {
 
   void enter_picking() {
     swapper.reset();
-    selector.emplace(spec, kernel);
     search.refresh_bounds(progress.phase == VacPhase::fill ? VacView::voids : VacView::clusters);
   }
 
@@ -195,65 +196,42 @@ struct VoidAndCluster::Impl {
   std::int64_t pick(std::int64_t max_picks) {
     const bool filling = progress.phase == VacPhase::fill;
     const VacView view = filling ? VacView::voids : VacView::clusters;
-    const std::uint64_t limit = search.find(view, open_fraction(), candidates);
-    selector->begin(view, candidates, limit);
-    const std::int64_t before = progress.num_placed;
-    auto left = static_cast<std::size_t>(std::min(max_picks, batch_limit));
-    std::uint32_t taken = 0;
-    constexpr std::size_t fewest_to_stream = 256;
-    const bool streamed = fields.has_helpers() && std::min(left, candidates.size()) >= fewest_to_stream;
-    const auto take = [&](std::size_t most) {
-      const std::size_t count = selector->take(std::min(left, most));
-      left -= count;
-      taken += static_cast<std::uint32_t>(count);
-      return count > 0;
-    };
-    const auto fill_in = [&](VacPortion& portion, std::uint32_t from) {
-      // Without branches, which would be taken at random: what is not wanted is overwritten by the next.
-      portion.positions.resize(candidates.size());
-      portion.numbers.resize(candidates.size());
-      std::size_t count = 0;
-      for (std::size_t i = 0; i < candidates.size(); ++i) {
-        const std::uint32_t number = selector->number(i);
-        portion.positions[count] = candidates[i].position;
-        portion.numbers[count] = number;
-        count += number - from < taken - from ? 1 : 0;
-      }
-      portion.positions.resize(count);
-      portion.numbers.resize(count);
-    };
-    VacFields::Picks picks;
-    picks.next = [&](VacPortion& portion) {
-      const std::uint32_t from = taken;
-      if (!take(portion_size(taken))) return false;
-      fill_in(portion, from);
-      return true;
-    };
-    picks.all = [&](VacPortion& portion) {
-      if (!streamed) take(left);
-      fill_in(portion, 0);
-    };
-    picks.turned = [&](const VacPortion& portion, std::size_t first, std::size_t last) {
+    const auto most = static_cast<std::size_t>(std::min(max_picks, batch_limit));
+    if (batch.positions.empty()) {
+      const std::uint64_t limit = search.find(view, open_fraction(), candidates);
+
+      selection.take(view, candidates, limit, most, batch);
+      placed_before_batch = progress.num_placed;
+    }
+    const bool is_last = batch.positions.size() <= most;
+    VacPortion picks = is_last ? std::exchange(batch, {}) : first_of_batch(most);
+    const auto turned = [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
-        const std::int64_t placed = before + portion.numbers[i];
+        const std::int64_t placed = placed_before_batch + picks.numbers[i];
         const auto place = filling ? placed : progress.num_start_points - 1 - placed;
-        order.set_place(portion.positions[i], static_cast<std::uint64_t>(place));
+        order.set_place(picks.positions[i], static_cast<std::uint64_t>(place));
       }
     };
-    // What a cut batch leaves is not in the bounds that a limit is found by.
-    const auto then = left >= candidates.size() ? search.scan_ahead(view, open_fraction()) : std::nullopt;
-    fields.turn_as_they_come(filling, streamed, picks, then ? &*then : nullptr);
-    progress.num_placed += taken;
-    return taken;
+    const auto then = is_last ? search.scan_ahead(view, open_fraction()) : std::nullopt;
+    fields.turn_batch(filling, picks, turned, is_last, then ? &*then : nullptr);
+    const auto count = static_cast<std::int64_t>(picks.positions.size());
+    progress.num_placed += count;
+
+    return count;
   }
 
-  // How many picks to hand on at once when so many of the batch have been: enough to be turned in an order that the
-  // caches like, and at first fewer, for others to begin with.
-  std::size_t portion_size(std::uint32_t taken) const {
-    // Fewer than slices are not divided.
-    const auto fewest = static_cast<std::size_t>(std::max(64, spec.extents.num_slices()));
-    const std::size_t n = candidates.size();
-    return std::max(taken == 0 ? n / 8 : n / 4, fewest);
+  // Takes the next `count` picks out of the batch.
+  VacPortion first_of_batch(std::size_t count) {
+    const auto behind = static_cast<std::size_t>(progress.num_placed - placed_before_batch) + count;
+    VacPortion first;
+    VacPortion rest;
+    for (std::size_t i = 0; i < batch.positions.size(); ++i) {
+      VacPortion& to = batch.numbers[i] < behind ? first : rest;
+      to.positions.push_back(batch.positions[i]);
+      to.numbers.push_back(batch.numbers[i]);
+    }
+    batch = std::move(rest);
+    return first;
   }
 
   void advance(std::int64_t max_picks) {
@@ -295,12 +273,14 @@ struct VoidAndCluster::Impl {
   VacExchange exchange;
   VacFields fields;
   VacSearch search;
+  VacSelection selection;
   VacOrder order;
   VacProgress progress;
   std::int64_t batch_limit = std::numeric_limits<std::int64_t>::max();
-  std::optional<VacSwapper> swapper;    // swap
-  std::optional<VacSelector> selector;  // drain, fill
+  std::optional<VacSwapper> swapper;  // swap
   std::vector<VacCandidate> candidates;
+  VacPortion batch;  // the picks that are left of it
+  std::int64_t placed_before_batch = 0;
 };
 
 namespace {

@@ -1,0 +1,32 @@
+// Candidates in the bins of several groups.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "construct/order/vac_bins.h"
+#include "construct/order/vac_plane_bins.h"
+
+namespace noiseloom {
+
+class VacGroupBins {
+ public:
+  using Coord = VacBins::Coord;
+  using Hit = VacPlaneBins::Hit;
+  // Takes the groups that stay in slices, or those that do not.
+  VacGroupBins(const VacLayout& layout, const VacKernel& kernel, bool in_slices);
+
+  // Replaces all candidates. They must stay where they are until the next call.
+  void assign(std::span<const Coord> at);
+  // Adds the weights of a pick at `from` to the energies of the candidates in its footprint.
+  void raise(const Coord& from, std::span<std::uint32_t> energies) const;
+  // Appends those candidates, once for each group.
+  void find(const Coord& from, std::vector<Hit>& hits) const;
+
+ private:
+  std::vector<VacPlaneBins> plane_bins_;  // of the groups that they suit
+  std::vector<VacBins> bins_;             // of the other groups
+};
+
+}  // namespace noiseloom

@@ -1,0 +1,207 @@
+#include "construct/order/vac_selection.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+
+#include "construct/order/vac_sources.h"
+
+namespace noiseloom {
+
+VacSelection::VacSelection(const VacSpec& spec, const VacKernel& kernel, const Partition& partition, int rank,
+                           VacExchange& exchange, ThreadPool& pool, std::size_t fewest)
+    : partition_(partition),
+      rank_(rank),
+      exchange_(exchange),
+      by_slices_(acts_by_slices(kernel)),
+      fewest_(fewest),
+      layout_(spec, 0, spec.extents.num_slices()),
+      own_split_(partition.count(rank), by_slices_ ? std::clamp(partition.count(rank), 1, pool.num_threads()) : 1),
+      work_(pool, static_cast<std::size_t>(own_split_.num_ranks())),
+      rest_(spec, kernel) {
+  // Where a group reaches other slices pixel by pixel, nearly all would wait.
+  const bool may_divide = by_slices_ && (!exchange.alone() || own_split_.num_ranks() > 1);
+  for (int part = 0; may_divide && part < own_split_.num_ranks(); ++part) selectors_.emplace_back(spec, kernel);
+}
+
+bool VacSelection::divides(std::size_t num_candidates) const {
+  return !selectors_.empty() && num_candidates >= fewest_;
+}
+
+void VacSelection::pick_among_own() {
+  const auto begin_of = [&](std::int32_t slice) {
+    const std::uint64_t position = static_cast<std::uint64_t>(slice) * static_cast<std::uint64_t>(layout_.cells);
+    return static_cast<std::size_t>(std::ranges::lower_bound(candidates_, position, {}, &VacCandidate::position) -
+                                    candidates_.begin());
+  };
+  rank_begins_.clear();
+  for (int rank = 0; rank <= partition_.num_ranks(); ++rank) rank_begins_.push_back(begin_of(partition_.begin(rank)));
+  const std::int32_t first_slice = partition_.begin(rank_);
+  work_.for_each([&](std::size_t i) {
+    const auto part = static_cast<int>(i);
+    selectors_[i].begin(view_, candidates_, begin_of(first_slice + own_split_.begin(part)),
+                        begin_of(first_slice + own_split_.end(part)), limit_);
+  });
+
+  work_.for_each([&](std::size_t i) {
+    selectors_[i].pick();
+    for (const VacPick& pick : selectors_[i].picks()) number_[pick.index(view_)] = 0;
+  });
+  const auto is_picked = [&](std::size_t i) { return number_[i] != none; };
+  work_.for_each([&](std::size_t i) { selectors_[i].raise_waiting(is_picked); });
+  for (const VacSelector& selector : selectors_) {
+    waiting_.insert(waiting_.end(), selector.waiting().begin(), selector.waiting().end());
+    add_list(selector.picks());
+  }
+}
+
+void VacSelection::add_list(std::span<const VacPick> picks) {
+  lists_.push_back(picks);
+  num_picks_ += picks.size();
+}
+
+// Each rank gives two words for each of its candidates, so that no rank needs to be told how many there are: the picks
+// in their order, then what waits, then nothing.
+void VacSelection::exchange_picks() {
+  constexpr std::uint32_t waits = 0x80000000U;
+  struct Entry {
+    std::uint32_t index;  // among the rank's candidates
+    std::uint32_t energy;
+  };
+  std::vector<int> bytes_of_ranks;
+  for (int rank = 0; rank < partition_.num_ranks(); ++rank) {
+    const auto r = static_cast<std::size_t>(rank);
+    bytes_of_ranks.push_back(narrow<int>((rank_begins_[r + 1] - rank_begins_[r]) * sizeof(Entry)));
+  }
+  const auto own = static_cast<std::size_t>(rank_);
+  const auto entry = [&](const VacPick& pick) {
+    return Entry{pick.index(view_) - static_cast<std::uint32_t>(rank_begins_[own]),
+                 static_cast<std::uint32_t>(pick.key >> 32)};
+  };
+  std::vector<VacPick> picks;
+  for (const auto& list : lists_) {
+    const auto middle = static_cast<std::ptrdiff_t>(picks.size());
+    picks.insert(picks.end(), list.begin(), list.end());
+    std::inplace_merge(picks.begin(), picks.begin() + middle, picks.end());
+  }
+  std::vector<Entry> entries(rank_begins_[own + 1] - rank_begins_[own], Entry{none, 0});
+  const auto end_of_picks = std::ranges::transform(picks, entries.begin(), entry).out;
+  std::ranges::transform(waiting_, end_of_picks, [&](const VacPick& pick) {
+    const Entry plain = entry(pick);
+    return Entry{plain.index | waits, plain.energy};
+  });
+  const std::vector<std::byte> all = exchange_.gather(std::as_bytes(std::span<const Entry>(entries)), bytes_of_ranks);
+
+  waiting_.clear();
+  std::vector<std::size_t> ends;  // of those of a rank that wait
+  picks_of_ranks_.resize(static_cast<std::size_t>(partition_.num_ranks()));
+  for (std::size_t rank = 0; rank < picks_of_ranks_.size(); ++rank) {
+    picks_of_ranks_[rank].clear();
+    for (std::size_t n = rank_begins_[rank]; n < rank_begins_[rank + 1]; ++n) {
+      Entry got{};
+      std::memcpy(&got, all.data() + n * sizeof(Entry), sizeof(Entry));
+      if (got.index == none) break;
+      const auto index = static_cast<std::uint32_t>(rank_begins_[rank]) + (got.index & ~waits);
+      const VacPick pick{VacCandidate{0, got.energy, candidates_[index].hash}.key(),
+                         index ^ static_cast<std::uint32_t>(view_)};
+      if ((got.index & waits) != 0) {
+        waiting_.push_back(pick);
+      } else if (rank != own) {
+        picks_of_ranks_[rank].push_back(pick);
+        number_[index] = 0;
+      }
+    }
+    ends.push_back(waiting_.size());
+    if (rank != own) add_list(picks_of_ranks_[rank]);
+  }
+  const auto is_picked = [&](std::size_t i) { return number_[i] != none; };
+  for (std::size_t rank = 0, n = 0; rank < ends.size(); ++rank) {
+    for (; n < ends[rank]; ++n) {
+      selectors_.front().raise(waiting_[n], rank_begins_[rank], rank_begins_[rank + 1], is_picked);
+    }
+  }
+}
+
+void VacSelection::pick_what_waits() {
+  candidates_of_rest_.clear();
+  for (const VacPick& pick : waiting_) {
+    VacCandidate candidate = candidates_[pick.index(view_)];
+    candidate.energy = static_cast<std::uint32_t>(pick.key >> 32);
+    if (candidate.key() <= limit_) candidates_of_rest_.push_back(candidate);
+  }
+  std::erase_if(waiting_, [&](const VacPick& pick) { return pick.key > limit_; });
+  rest_.begin(view_, candidates_of_rest_, 0, candidates_of_rest_.size(), limit_);
+  rest_.pick();
+  picks_of_rest_ = rest_.picks();
+  for (VacPick& pick : picks_of_rest_) pick.order = waiting_[pick.index(view_)].order;
+  add_list(picks_of_rest_);
+}
+
+// The number of a pick is the number of picks that are less: in its own list and in the others. Those of other ranks'
+// slices have none but where more than `most` are picked.
+void VacSelection::number_picks(std::size_t most) {
+  const auto num_pieces = static_cast<std::size_t>(own_split_.num_ranks());
+  work_.for_each([&](std::size_t piece) {
+    std::vector<std::uint32_t> numbers;
+    std::vector<std::uint32_t> less_of_other;
+    for (std::size_t own = 0; own < lists_.size(); ++own) {
+      const bool is_wanted = own < selectors_.size() || own + 1 == lists_.size() || num_picks_ > most;
+      if (own % num_pieces != piece || !is_wanted) continue;
+      const std::span<const VacPick> list = lists_[own];
+      numbers.resize(list.size());
+      std::iota(numbers.begin(), numbers.end(), 0U);
+      for (std::size_t other = 0; other < lists_.size(); ++other) {
+        const std::span<const VacPick> theirs = lists_[other];
+        if (other == own || theirs.empty()) continue;
+        // Both are gone through together, without branches that would be taken at random.
+        less_of_other.assign(list.size(), static_cast<std::uint32_t>(theirs.size()));
+        std::uint32_t less = 0;
+        std::size_t i = 0;
+        while (i < list.size() && less < theirs.size()) {
+          const bool next_of_theirs = theirs[less] < list[i];
+          less_of_other[i] = less;
+          less += next_of_theirs ? 1 : 0;
+          i += next_of_theirs ? 0 : 1;
+        }
+        if (i < list.size()) less_of_other[i] = less;
+        for (i = 0; i < list.size(); ++i) numbers[i] += less_of_other[i];
+      }
+      for (std::size_t i = 0; i < list.size(); ++i) number_[list[i].index(view_)] = numbers[i];
+    }
+  });
+}
+
+void VacSelection::take(VacView view, std::span<const VacCandidate> candidates, std::uint64_t limit, std::size_t most,
+                        VacPortion& picks) {
+  view_ = view;
+  limit_ = limit;
+  candidates_ = candidates;
+  waiting_.clear();
+  lists_.clear();
+  num_picks_ = 0;
+  number_.assign(candidates.size(), none);
+  if (divides(candidates.size())) {
+    pick_among_own();
+    if (!exchange_.alone()) exchange_picks();
+    pick_what_waits();
+  } else {
+    rest_.begin(view, candidates, 0, candidates.size(), limit);
+    rest_.pick();
+    add_list(rest_.picks());
+  }
+  number_picks(most);
+
+  // Without branches, which would be taken at random: what is not picked is overwritten by the next.
+  picks.positions.resize(candidates.size());
+  picks.numbers.resize(candidates.size());
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    picks.positions[count] = candidates[i].position;
+    picks.numbers[count] = number_[i];
+    count += number_[i] != none ? 1 : 0;
+  }
+  picks.positions.resize(count);
+  picks.numbers.resize(count);
+}
+
+}  // namespace noiseloom
