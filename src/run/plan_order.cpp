@@ -134,7 +134,7 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request) {
     time.exchange = (2 * plan.phases.swaps + pixels / 256) * 10e-6 * std::log2(request.ranks);
     plan.exchange.bytes = pixels * 17;
   }
-  const double workers = std::min(as_double(extents.num_slices()), as_double(request.ranks) * request.threads);
+  const double workers = vac_num_workers(spec, request.ranks, request.threads);
   // Swaps go one after another; the rest is shared out but for what waits for other slices.
   time.moves = swap_cost * plan.phases.swaps * measured.seconds_per_place +
                pixels * measured.seconds_per_place * (0.2 + 0.8 / std::max(1.0, workers));

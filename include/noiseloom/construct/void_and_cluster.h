@@ -76,6 +76,10 @@ void check_vac_spec(const VacSpec& spec);
 // Energies are in units of 2^-this: the largest of at most 30 that leaves bit 31 free whichever pixels are on.
 int vac_scale_log2(const VacSpec& spec);
 
+// How many of the threads of `ranks` ranks have pixels of their own: those of whole slices, or of bands of the rows of
+// the only one.
+int vac_num_workers(const VacSpec& spec, int ranks, int threads);
+
 // The keyed hash that breaks ties of energy. For positions below 2^32 it is a bijection, so no two are equal.
 class VacTieHash {
  public:

@@ -35,28 +35,34 @@ void VacFree::operator()(void* memory) const { std::free(memory); }
 
 VacField::VacField(const VacSpec& spec, const VacKernel& kernel, std::int32_t slice_begin, std::int32_t slice_end,
                    std::int64_t cells_to_wait)
-    : layout_(spec, slice_begin, slice_end),
+    : VacField(VacLayout(spec, slice_begin, slice_end), kernel, cells_to_wait) {}
+
+VacField::VacField(const VacLayout& layout, const VacKernel& kernel, std::int64_t cells_to_wait)
+    : layout_(layout),
       kernel_(kernel),
-      num_words_(static_cast<std::size_t>((slice_end - slice_begin) * layout_.slice_words + line_words)),
+      num_words_(
+          static_cast<std::size_t>((layout_.slice_end - layout_.slice_begin) * layout_.slice_words + line_words)),
       data_(allocate_words(num_words_)),
-      bounds_(static_cast<std::size_t>((slice_end - slice_begin) * layout_.leaves + line_words)) {
-  if (layout_.cells >= cells_to_wait && slice_end > slice_begin) pending_ = VacPending::make(layout_, kernel_);
+      bounds_(static_cast<std::size_t>((layout_.slice_end - layout_.slice_begin) * layout_.leaves + line_words)) {
+  if (layout_.cells >= cells_to_wait && layout_.slice_end > layout_.slice_begin)
+    pending_ = VacPending::make(layout_, kernel_);
   clear();
 }
 
 bool VacField::has(std::uint64_t position) const {
-  return layout_.has_slice(static_cast<std::int64_t>(position) / layout_.cells);
+  return position >= layout_.first_position() && position < layout_.end_position();
 }
 
 std::size_t VacField::index(std::uint64_t position) const {
   const auto p = static_cast<std::int64_t>(position);
-  return static_cast<std::size_t>((p / layout_.cells - layout_.slice_begin) * layout_.slice_words + p % layout_.cells);
+  return static_cast<std::size_t>((p / layout_.cells - layout_.slice_begin) * layout_.slice_words + p % layout_.cells -
+                                  layout_.cell_begin);
 }
 
 std::size_t VacField::leaf(std::uint64_t position) const {
   const auto p = static_cast<std::int64_t>(position);
   const std::int64_t slice = p / layout_.cells - layout_.slice_begin;
-  return static_cast<std::size_t>(slice * layout_.leaves + p % layout_.cells / leaf_cells);
+  return static_cast<std::size_t>(slice * layout_.leaves + (p % layout_.cells - layout_.cell_begin) / leaf_cells);
 }
 
 void VacField::clear() {
@@ -185,26 +191,47 @@ void add_sources(const VacLayout& layout, const VacGroupKernel& group, const Vac
 }  // namespace
 
 std::pair<std::size_t, std::size_t> VacField::own(std::span<const std::uint64_t> positions) const {
-  const auto cells = static_cast<std::uint64_t>(layout_.cells);
-  const auto first =
-      std::lower_bound(positions.begin(), positions.end(), cells * static_cast<std::uint64_t>(layout_.slice_begin));
-  const auto last = std::lower_bound(first, positions.end(), cells * static_cast<std::uint64_t>(layout_.slice_end));
+  const auto first = std::lower_bound(positions.begin(), positions.end(), layout_.first_position());
+  const auto last = std::lower_bound(first, positions.end(), layout_.end_position());
   return {static_cast<std::size_t>(first - positions.begin()), static_cast<std::size_t>(last - positions.begin())};
 }
 
-// Turns own pixels, and adds the weights of the groups that stay in their slices.
+// Those of ascending positions that reach the rows that are present, around the torus too.
+std::span<const std::uint64_t> VacField::in_reach(std::span<const std::uint64_t> positions) {
+  if (!layout_.is_band()) return positions;
+  std::int64_t reach = 0;
+  for (const VacGroupKernel& group : kernel_.groups()) reach = std::max<std::int64_t>(reach, group.reach_y);
+  const std::int64_t num_rows = layout_.size[1];
+  in_reach_.clear();
+  const auto append_rows = [&](std::int64_t begin, std::int64_t end) {
+    const auto from = static_cast<std::uint64_t>(std::max<std::int64_t>(begin, 0) * layout_.size[0]);
+    const auto to = static_cast<std::uint64_t>(std::min(end, num_rows) * layout_.size[0]);
+    const auto first = std::lower_bound(positions.begin(), positions.end(), from);
+    in_reach_.insert(in_reach_.end(), first, std::lower_bound(first, positions.end(), to));
+  };
+  const std::int64_t begin = layout_.row_begin - reach;
+  const std::int64_t end = layout_.row_end + reach;
+  append_rows(begin, end);
+  if (begin < 0) append_rows(std::max(begin + num_rows, end), num_rows);
+  if (end > num_rows) append_rows(0, std::min(end - num_rows, begin));
+  return in_reach_;
+}
+
+// Turns those pixels of one slice that are present, and adds the weights of the groups that stay in their slices.
 template <bool On>
-void VacField::turn_own(std::span<const std::uint64_t> own) {
-  for (const std::uint64_t position : own) data_[index(position)] ^= vac_flag;
+void VacField::turn_in_slice(std::span<const std::uint64_t> positions) {
+  const auto [first, last] = own(positions);
+  for (const std::uint64_t position : positions.subspan(first, last - first)) data_[index(position)] ^= vac_flag;
+  const std::span<const std::uint64_t> near = in_reach(positions);
   const bool wait = On && pending_.has_value();
   at_once_.clear();
-  for (const std::uint64_t position : own) {
+  for (const std::uint64_t position : near) {
     if (wait && !pending_->add(layout_, layout_.place(position))) at_once_.push_back(position);
   }
   for (const VacGroupKernel& group : kernel_.groups()) {
     if (!group.contains_x() || !group.stays_in_slice()) continue;
     vac_simd::add_rows(layout_, group, data_.get(), On,
-                       wait && VacPending::waits(group) ? std::span<const std::uint64_t>(at_once_) : own);
+                       wait && VacPending::waits(group) ? std::span<const std::uint64_t>(at_once_) : near);
   }
 }
 
@@ -227,7 +254,7 @@ void VacField::turn_all(const VacPortion& portion, const VacScan* then) {
     // A slice stays in the second cache for all that is done to it.
     for (std::int64_t slice = layout_.slice_begin; slice < layout_.slice_end; ++slice) {
       const std::size_t first = portion.begin_of(slice);
-      turn_own<On>(positions.subspan(first, portion.begin_of(slice + 1) - first));
+      turn_in_slice<On>(positions.subspan(first, portion.begin_of(slice + 1) - first));
       std::uint32_t* const words = data_.get() + (slice - layout_.slice_begin) * layout_.slice_words;
       for (const VacGroupKernel& group : kernel_.groups()) {
         if (by_slices(group)) add_sources<On>(layout_, group, portion, slice, words);
@@ -241,7 +268,7 @@ void VacField::turn_all(const VacPortion& portion, const VacScan* then) {
     }
   } else {
     const auto [first, last] = own(positions);
-    turn_own<On>(positions.subspan(first, last - first));
+    turn_in_slice<On>(layout_.is_band() ? positions : positions.subspan(first, last - first));
   }
   if (On && pending_) {
     pending_->end_batch();
@@ -288,7 +315,8 @@ static void append_positions(const VacLayout& layout, std::span<const std::size_
   const auto slice_words = static_cast<std::size_t>(layout.slice_words);
   for (const std::size_t word : words) {
     const std::size_t slice = word / slice_words + static_cast<std::size_t>(layout.slice_begin);
-    positions.push_back(slice * static_cast<std::size_t>(layout.cells) + word % slice_words);
+    positions.push_back(slice * static_cast<std::size_t>(layout.cells) + word % slice_words +
+                        static_cast<std::size_t>(layout.cell_begin));
   }
 }
 

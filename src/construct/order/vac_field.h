@@ -55,6 +55,7 @@ class VacField {
   static constexpr std::int64_t usual_cells_to_wait = std::int64_t{1} << 22;
   VacField(const VacSpec& spec, const VacKernel& kernel, std::int32_t slice_begin, std::int32_t slice_end,
            std::int64_t cells_to_wait = usual_cells_to_wait);
+  VacField(const VacLayout& layout, const VacKernel& kernel, std::int64_t cells_to_wait = usual_cells_to_wait);
 
   const VacLayout& layout() const { return layout_; }
   bool has(std::uint64_t position) const;
@@ -94,7 +95,8 @@ class VacField {
   std::size_t leaf(std::uint64_t position) const;
   void settle();
   template <bool On>
-  void turn_own(std::span<const std::uint64_t> own);
+  void turn_in_slice(std::span<const std::uint64_t> positions);
+  std::span<const std::uint64_t> in_reach(std::span<const std::uint64_t> positions);
   template <bool On>
   void turn_all(const VacPortion& portion, const VacScan* then);
   void begin_scan(const VacScan& asked);
@@ -109,8 +111,9 @@ class VacField {
   VacWords data_;
   std::vector<std::uint32_t> bounds_;
   std::optional<VacPending> pending_;
-  std::vector<std::uint64_t> at_once_;  // of a call of turn and a slice: pixels that cannot wait
-  VacView view_ = VacView::voids;       // of the last scan
+  std::vector<std::uint64_t> in_reach_;  // of a call of turn: pixels that reach this band
+  std::vector<std::uint64_t> at_once_;   // of those of a slice: pixels that cannot wait
+  VacView view_ = VacView::voids;        // of the last scan
   std::vector<VacCandidate> found_;
   std::vector<VacCandidate> found_before_;  // while a scan follows
   bool found_all_ = true;

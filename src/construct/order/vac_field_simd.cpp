@@ -59,7 +59,9 @@ HWY_INLINE void each_plane_row(const VacLayout& layout, const VacGroupKernel& gr
   Word* const words = data + (slice - layout.slice_begin) * layout.slice_words;
   for (const VacRow& row : group.rows) {
     std::int64_t row_y = y;
-    if (layout.move(row_y, 1, row.offset[0])) visit(row, x, words + row_y * width);
+    if (layout.move(row_y, 1, row.offset[0]) && layout.has_row(row_y)) {
+      visit(row, x, words + (row_y - layout.row_begin) * width);
+    }
   }
 }
 
@@ -168,7 +170,7 @@ struct LeafCopy {
 HWY_INLINE const std::uint32_t* leaf_of(const VacLayout& layout, const std::uint32_t* slice, std::int64_t leaf,
                                         VacView view, LeafCopy& copy) {
   const std::int64_t begin = leaf * static_cast<std::int64_t>(leaf_words);
-  const std::int64_t left = layout.cells - begin;
+  const std::int64_t left = layout.present_cells - begin;
   if (left >= static_cast<std::int64_t>(leaf_words)) return slice + begin;
   copy.words.fill(~static_cast<std::uint32_t>(view));
   std::copy_n(slice + begin, left, copy.words.begin());
@@ -261,7 +263,7 @@ bool ScanLeaves(const VacLayout& layout, std::uint32_t* data, VacPending* pendin
       }
       for (; bits != 0; bits &= bits - 1) {
         const std::int64_t leaf = i + std::countr_zero(bits);
-        const auto position = static_cast<std::uint64_t>(slice * layout.cells + leaf * 64);
+        const auto position = static_cast<std::uint64_t>(slice * layout.cells + layout.cell_begin + leaf * 64);
         if (pending != nullptr) bring_up(*pending, layout, words, local, leaf);
         slice_bounds[leaf] = scan.leaf(leaf_of(layout, words, leaf, asked.view, copy), position);
         if (found.size() > asked.max_found) return false;

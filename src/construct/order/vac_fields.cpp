@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "construct/order/vac_bands.h"
 #include "construct/order/vac_sources.h"
 #include "noiseloom/core/partition.h"
 
@@ -15,6 +16,16 @@ VacFields::VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t 
   end_ = cells * static_cast<std::uint64_t>(end);
   // Where a group reaches other slices pixel by pixel, each part goes through all picks: then more parts are more work.
   const int threads = pool.num_threads();
+  const int bands = begin < end ? num_bands(layout_, kernel, threads) : 1;
+  if (bands > 1) {
+    const Partition split(narrow<std::int32_t>(layout_.size[1]), bands);
+    for (int i = 0; i < bands; ++i) {
+      parts_.emplace_back(VacLayout::band(spec, split.begin(i), split.end(i)), kernel);
+      part_ends_.push_back(parts_.back().layout().end_position());
+    }
+    work_.emplace(pool, parts_.size());
+    return;
+  }
   const int num_parts = threads == 1 || !acts_by_slices(kernel) ? threads : 8 * threads;
   const Partition split(end - begin, std::max(1, std::min<int>(num_parts, end - begin)));
   for (int i = 0; i < split.num_ranks(); ++i) {

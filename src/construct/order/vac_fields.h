@@ -1,5 +1,5 @@
-// The slices of one rank, in parts for threads to work on. Parts are contiguous blocks of slices and never write to
-// each other, so neither their number nor that of threads can change anything.
+// The slices of one rank, in parts for threads to work on. Parts are contiguous blocks of slices, or bands of the rows
+// of the only one, and never write to each other, so neither their number nor that of threads can change anything.
 #pragma once
 
 #include <functional>

@@ -2,9 +2,10 @@
 
 namespace noiseloom {
 
-VacGroupBins::VacGroupBins(const VacLayout& layout, const VacKernel& kernel, bool in_slices) {
+VacGroupBins::VacGroupBins(const VacLayout& layout, const VacKernel& kernel, Groups groups) {
   for (const VacGroupKernel& group : kernel.groups()) {
-    if (group.stays_in_slice() != in_slices) continue;
+    if (groups == Groups::none) continue;
+    if (groups != Groups::all && group.stays_in_slice() != (groups == Groups::in_slices)) continue;
     if (VacPlaneBins::suit(layout, group)) {
       plane_bins_.emplace_back(layout, group);
     } else {

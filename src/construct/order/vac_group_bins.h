@@ -14,8 +14,8 @@ class VacGroupBins {
  public:
   using Coord = VacBins::Coord;
   using Hit = VacPlaneBins::Hit;
-  // Takes the groups that stay in slices, or those that do not.
-  VacGroupBins(const VacLayout& layout, const VacKernel& kernel, bool in_slices);
+  enum class Groups { all, none, in_slices, across_slices };
+  VacGroupBins(const VacLayout& layout, const VacKernel& kernel, Groups groups);
 
   // Replaces all candidates. They must stay where they are until the next call.
   void assign(std::span<const Coord> at);

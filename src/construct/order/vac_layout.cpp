@@ -10,8 +10,7 @@ VacLayout::VacLayout(const VacSpec& spec, std::int32_t begin, std::int32_t end)
       cells(spec.extents.cells_per_slice()),
       num_slices(spec.extents.num_slices()),
       slice_begin(begin),
-      slice_end(end),
-      leaves((cells + leaf_cells - 1) / leaf_cells) {
+      slice_end(end) {
   std::int64_t step = 1;
   for (int axis = 0; axis < num_axes; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
@@ -21,8 +20,23 @@ VacLayout::VacLayout(const VacSpec& spec, std::int32_t begin, std::int32_t end)
     slice_step[a] = step;
     step *= size[a];
   }
+  set_rows(0, size[1]);
+}
+
+VacLayout VacLayout::band(const VacSpec& spec, std::int32_t row_begin, std::int32_t row_end) {
+  VacLayout result(spec, 0, 1);
+  result.set_rows(row_begin, row_end);
+  return result;
+}
+
+void VacLayout::set_rows(std::int64_t begin, std::int64_t end) {
+  row_begin = begin;
+  row_end = end;
+  cell_begin = begin * size[0];
+  present_cells = (end - begin) * size[0];
+  leaves = (present_cells + leaf_cells - 1) / leaf_cells;
   // At least a whole vector behind each slice (a row of taps is padded with zeros), and an odd number of lines.
-  const std::int64_t lines = (cells + line_words - 1) / line_words + 1;
+  const std::int64_t lines = (present_cells + line_words - 1) / line_words + 1;
   slice_words = (lines | 1) * line_words;
 }
 

@@ -137,13 +137,13 @@ HWY_INLINE void bring_up(VacPending& pending, const VacLayout& layout, std::uint
   up_to = static_cast<std::uint32_t>(pending.batch);
   const VacPending::Bin* const bins = pending.bins.data() + slice * pending.bins_per_slice;
   const std::int64_t width = layout.size[0];
-  const std::int64_t first = leaf * 64;
-  const std::int64_t end = std::min(first + 64, layout.cells);
+  const std::int64_t first = layout.cell_begin + leaf * 64;
+  const std::int64_t end = std::min(first + 64, layout.cell_begin + layout.present_cells);
   for (std::int64_t cell = first; cell < end;) {
     const std::int64_t y = cell / width;
     const std::int64_t x = cell - y * width;
     const std::int64_t end_x = std::min(width, x + end - cell);
-    bring_up_segment(pending, layout, bins, since, {y, x, end_x, x - (cell - first)}, words + first);
+    bring_up_segment(pending, layout, bins, since, {y, x, end_x, x - (cell - first)}, words + leaf * 64);
     cell += end_x - x;
   }
 }

@@ -4,24 +4,37 @@
 #include <cstring>
 #include <numeric>
 
+#include "construct/order/vac_bands.h"
 #include "construct/order/vac_sources.h"
 
 namespace noiseloom {
 
 VacSelection::VacSelection(const VacSpec& spec, const VacKernel& kernel, const Partition& partition, int rank,
                            VacExchange& exchange, ThreadPool& pool, std::size_t fewest)
-    : partition_(partition),
-      rank_(rank),
-      exchange_(exchange),
-      by_slices_(acts_by_slices(kernel)),
-      fewest_(fewest),
-      layout_(spec, 0, spec.extents.num_slices()),
-      own_split_(partition.count(rank), by_slices_ ? std::clamp(partition.count(rank), 1, pool.num_threads()) : 1),
-      work_(pool, static_cast<std::size_t>(own_split_.num_ranks())),
-      rest_(spec, kernel) {
+    : exchange_(exchange), rank_(rank), fewest_(fewest), rest_(spec, kernel) {
+  const VacLayout layout(spec, 0, spec.extents.num_slices());
+  const auto cells = static_cast<std::uint64_t>(layout.cells);
+  for (int r = 0; r <= partition.num_ranks(); ++r) {
+    rank_positions_.push_back(cells * static_cast<std::uint64_t>(partition.begin(r)));
+  }
+  const int bands = partition.count(rank) > 0 ? num_bands(layout, kernel, pool.num_threads()) : 1;
+  if (bands > 1) {
+    const Partition split(narrow<std::int32_t>(layout.size[1]), bands);
+    for (int i = 0; i <= bands; ++i) {
+      part_positions_.push_back(static_cast<std::uint64_t>(split.begin(i)) *
+                                static_cast<std::uint64_t>(layout.size[0]));
+    }
+  } else {
+    const Partition split(partition.count(rank), std::clamp(partition.count(rank), 1, pool.num_threads()));
+    for (int i = 0; i <= split.num_ranks(); ++i) {
+      part_positions_.push_back(rank_positions_[static_cast<std::size_t>(rank)] +
+                                cells * static_cast<std::uint64_t>(split.begin(i)));
+    }
+  }
+  work_.emplace(pool, part_positions_.size() - 1);
   // Where a group reaches other slices pixel by pixel, nearly all would wait.
-  const bool may_divide = by_slices_ && (!exchange.alone() || own_split_.num_ranks() > 1);
-  for (int part = 0; may_divide && part < own_split_.num_ranks(); ++part) selectors_.emplace_back(spec, kernel);
+  if (!acts_by_slices(kernel) || (exchange.alone() && part_positions_.size() == 2)) return;
+  for (std::size_t i = 1; i < part_positions_.size(); ++i) selectors_.emplace_back(spec, kernel, bands == 1);
 }
 
 bool VacSelection::divides(std::size_t num_candidates) const {
@@ -29,26 +42,21 @@ bool VacSelection::divides(std::size_t num_candidates) const {
 }
 
 void VacSelection::pick_among_own() {
-  const auto begin_of = [&](std::int32_t slice) {
-    const std::uint64_t position = static_cast<std::uint64_t>(slice) * static_cast<std::uint64_t>(layout_.cells);
+  const auto begin_of = [&](std::uint64_t position) {
     return static_cast<std::size_t>(std::ranges::lower_bound(candidates_, position, {}, &VacCandidate::position) -
                                     candidates_.begin());
   };
   rank_begins_.clear();
-  for (int rank = 0; rank <= partition_.num_ranks(); ++rank) rank_begins_.push_back(begin_of(partition_.begin(rank)));
-  const std::int32_t first_slice = partition_.begin(rank_);
-  work_.for_each([&](std::size_t i) {
-    const auto part = static_cast<int>(i);
-    selectors_[i].begin(view_, candidates_, begin_of(first_slice + own_split_.begin(part)),
-                        begin_of(first_slice + own_split_.end(part)), limit_);
+  for (const std::uint64_t position : rank_positions_) rank_begins_.push_back(begin_of(position));
+  work_->for_each([&](std::size_t i) {
+    selectors_[i].begin(view_, candidates_, begin_of(part_positions_[i]), begin_of(part_positions_[i + 1]), limit_);
   });
-
-  work_.for_each([&](std::size_t i) {
+  work_->for_each([&](std::size_t i) {
     selectors_[i].pick();
     for (const VacPick& pick : selectors_[i].picks()) number_[pick.index(view_)] = 0;
   });
   const auto is_picked = [&](std::size_t i) { return number_[i] != none; };
-  work_.for_each([&](std::size_t i) { selectors_[i].raise_waiting(is_picked); });
+  work_->for_each([&](std::size_t i) { selectors_[i].raise_waiting(is_picked); });
   for (const VacSelector& selector : selectors_) {
     waiting_.insert(waiting_.end(), selector.waiting().begin(), selector.waiting().end());
     add_list(selector.picks());
@@ -69,8 +77,7 @@ void VacSelection::exchange_picks() {
     std::uint32_t energy;
   };
   std::vector<int> bytes_of_ranks;
-  for (int rank = 0; rank < partition_.num_ranks(); ++rank) {
-    const auto r = static_cast<std::size_t>(rank);
+  for (std::size_t r = 0; r + 1 < rank_begins_.size(); ++r) {
     bytes_of_ranks.push_back(narrow<int>((rank_begins_[r + 1] - rank_begins_[r]) * sizeof(Entry)));
   }
   const auto own = static_cast<std::size_t>(rank_);
@@ -94,7 +101,7 @@ void VacSelection::exchange_picks() {
 
   waiting_.clear();
   std::vector<std::size_t> ends;  // of those of a rank that wait
-  picks_of_ranks_.resize(static_cast<std::size_t>(partition_.num_ranks()));
+  picks_of_ranks_.resize(rank_begins_.size() - 1);
   for (std::size_t rank = 0; rank < picks_of_ranks_.size(); ++rank) {
     picks_of_ranks_[rank].clear();
     for (std::size_t n = rank_begins_[rank]; n < rank_begins_[rank + 1]; ++n) {
@@ -140,8 +147,8 @@ void VacSelection::pick_what_waits() {
 // The number of a pick is the number of picks that are less: in its own list and in the others. Those of other ranks'
 // slices have none but where more than `most` are picked.
 void VacSelection::number_picks(std::size_t most) {
-  const auto num_pieces = static_cast<std::size_t>(own_split_.num_ranks());
-  work_.for_each([&](std::size_t piece) {
+  const std::size_t num_pieces = part_positions_.size() - 1;
+  work_->for_each([&](std::size_t piece) {
     std::vector<std::uint32_t> numbers;
     std::vector<std::uint32_t> less_of_other;
     for (std::size_t own = 0; own < lists_.size(); ++own) {

@@ -1,12 +1,13 @@
 // The picks of a batch, by all threads and ranks.
 //
-// Each thread picks among the candidates of some of its rank's slices (vac_selector.h). Then the ranks tell each other
-// what they picked, every rank picks among what waits, which is little, and each finds the numbers of its own picks:
-// how many of all picks come before.
+// Each thread picks among the candidates of some of its rank's slices, or of a band of the only one (vac_selector.h).
+// Then the ranks tell each other what they picked, every rank picks among what waits, which is little, and each finds
+// the numbers of its own picks: how many of all picks come before.
 #pragma once
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,7 +21,7 @@ namespace noiseloom {
 
 class VacSelection {
  public:
-  // All must outlive the selection. Fewer candidates than `fewest` are sooner picked among than divided.
+  // Exchange and pool must outlive the selection. Fewer candidates than `fewest` are sooner picked among than divided.
   VacSelection(const VacSpec& spec, const VacKernel& kernel, const Partition& partition, int rank,
                VacExchange& exchange, ThreadPool& pool, std::size_t fewest = 256);
 
@@ -38,15 +39,13 @@ class VacSelection {
   void add_list(std::span<const VacPick> picks);
   void number_picks(std::size_t most);
 
-  const Partition& partition_;
-  int rank_;
   VacExchange& exchange_;
-  bool by_slices_;
+  int rank_;
   std::size_t fewest_;
-  VacLayout layout_;
-  Partition own_split_;                 // of the rank's slices
-  std::vector<VacSelector> selectors_;  // of its parts
-  VacWork work_;
+  std::vector<std::uint64_t> rank_positions_;  // where ranks begin; then how many pixels there are
+  std::vector<std::uint64_t> part_positions_;  // where this rank's parts begin, of each thread one; then where they end
+  std::vector<VacSelector> selectors_;         // of its parts; none where picks are never divided
+  std::optional<VacWork> work_;
   VacSelector rest_;  // among what waits, or among all
 
   VacView view_ = VacView::voids;

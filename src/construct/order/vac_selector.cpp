@@ -5,8 +5,10 @@
 
 namespace noiseloom {
 
-VacSelector::VacSelector(const VacSpec& spec, const VacKernel& kernel)
-    : layout_(spec, 0, spec.extents.num_slices()), in_slices_(layout_, kernel, true), across_(layout_, kernel, false) {}
+VacSelector::VacSelector(const VacSpec& spec, const VacKernel& kernel, bool in_slices)
+    : layout_(spec, 0, spec.extents.num_slices()),
+      among_own_(layout_, kernel, in_slices ? VacGroupBins::Groups::in_slices : VacGroupBins::Groups::none),
+      across_(layout_, kernel, in_slices ? VacGroupBins::Groups::across_slices : VacGroupBins::Groups::all) {}
 
 // Files an own candidate that is not picked under its present key, or forgets it where that is past the limit.
 void VacSelector::put(std::uint32_t k) {
@@ -77,7 +79,7 @@ void VacSelector::begin(VacView view, std::span<const VacCandidate> candidates, 
   head_.clear();
   current_ = 0;
   locate();
-  in_slices_.assign(std::span<const VacBins::Coord>(at_).subspan(first, n));
+  among_own_.assign(std::span<const VacBins::Coord>(at_).subspan(first, n));
   across_.assign(at_);
   energy_.resize(n);
   next_.resize(n);
@@ -103,7 +105,7 @@ bool VacSelector::wait_or_raise(std::uint32_t k, std::uint64_t key) {
   const bool waits = is_behind_[k] || std::ranges::any_of(hits_, [&](const VacGroupBins::Hit& hit) {
                        return !is_own(hit.index) && candidates_[hit.index].key() <= key;
                      });
-  if (!waits) in_slices_.raise(at, energy_);
+  if (!waits) among_own_.raise(at, energy_);
   for (const VacGroupBins::Hit& hit : hits_) {
     if (!is_own(hit.index)) continue;
     if (waits) {
@@ -114,7 +116,7 @@ bool VacSelector::wait_or_raise(std::uint32_t k, std::uint64_t key) {
   }
   if (waits) {
     hits_.clear();
-    in_slices_.find(at, hits_);
+    among_own_.find(at, hits_);
     for (const VacGroupBins::Hit& hit : hits_) is_behind_[hit.index] = true;
   }
   return waits;
@@ -134,7 +136,7 @@ void VacSelector::pick() {
       put(k);
     } else if (alone) {
       picks_.push_back(least);
-      in_slices_.raise(at_[k], energy_);
+      among_own_.raise(at_[k], energy_);
       across_.raise(at_[k], energy_);
     } else if (wait_or_raise(k, least.key)) {
       waiting_.push_back(least);

@@ -34,7 +34,8 @@ struct VacPick {
 // Aligned, as each thread writes to one.
 class alignas(64) VacSelector {
  public:
-  VacSelector(const VacSpec& spec, const VacKernel& kernel);
+  // With `in_slices`, candidates of one slice are always own ones of the same selector.
+  VacSelector(const VacSpec& spec, const VacKernel& kernel, bool in_slices = true);
 
   // A new batch: `candidates` are all pixels of the texture with key <= limit, ascending in position, and stay where
   // they are while picks are taken; [first, last) of them are this selector's own.
@@ -77,8 +78,8 @@ class alignas(64) VacSelector {
   bool wait_or_raise(std::uint32_t k, std::uint64_t key);
 
   VacLayout layout_;
-  VacGroupBins in_slices_;  // of the selector's own candidates
-  VacGroupBins across_;     // of all
+  VacGroupBins among_own_;  // for groups whose footprints meet none of others
+  VacGroupBins across_;     // for the other groups: of all candidates
   VacView view_ = VacView::voids;
   std::uint64_t limit_ = 0;
   std::span<const VacCandidate> candidates_;

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "construct/order/vac_bands.h"
 #include "construct/order/vac_candidates.h"
 #include "construct/order/vac_selection.h"
 #include "construct/order/vac_start.h"
@@ -74,6 +75,12 @@ void check_vac_spec(const VacSpec& spec) {
     fault("density = " + std::to_string(spec.density) + ": must be between 0 and 0.5");
   }
   throw_if_any(std::move(faults));
+}
+
+int vac_num_workers(const VacSpec& spec, int ranks, int threads) {
+  const std::int32_t slices = spec.extents.num_slices();
+  const int bands = num_bands(VacLayout(spec, 0, slices), VacKernel(spec), threads);
+  return bands > 1 ? bands : static_cast<int>(std::min(std::int64_t{ranks} * threads, std::int64_t{slices}));
 }
 
 VacTieHash::VacTieHash(std::uint64_t seed) {
