@@ -1,6 +1,7 @@
 #include "noiseloom/construct/sharpness.h"
 
 #include <algorithm>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -69,14 +70,19 @@ std::span<const double> tried(SampleScale scale) {
   return tried_on_line;
 }
 
-double error_of(const Twin& twin, const Footprint& overlap, SampleScale scale, double sharpness, std::uint64_t seed) {
+// R of a trial; nothing where it was not to go on.
+std::optional<double> error_of(const Twin& twin, const Footprint& overlap, SampleScale scale, double sharpness,
+                               std::uint64_t seed, const std::function<bool()>& goes_on) {
   const Communicator alone = Communicator::self();
   ThreadPool pool(1);
   ConstructSpec spec;
   spec.sharpness = sharpness;
   SliceConstruction run(overlap, twin.filter, scale, spec, seed, alone, pool);
   run.start();
-  while (!run.done()) run.advance();
+  while (!run.done()) {
+    if (!goes_on()) return std::nullopt;
+    run.advance();
+  }
   const auto n = static_cast<double>(twin.extents.cells_per_slice());
   std::vector<std::vector<float>> slices;
   for (const SliceIndex slice : twin.extents.slices()) {
@@ -87,6 +93,7 @@ double error_of(const Twin& twin, const Footprint& overlap, SampleScale scale, d
   const auto values = [&](SliceIndex slice) { return slices[static_cast<std::size_t>(slice)].data(); };
   std::vector<double> sums;
   for (const SliceIndex slice : twin.extents.slices()) {
+    if (!goes_on()) return std::nullopt;
     sums.push_back(weighted_distance_sum(overlap, distance, 1, slice, values, PairEnds::one));
   }
   const MeanDistance mean(distance, 1, twin.extents.cells_per_slice(), twin.extents.num_slices());
@@ -103,7 +110,8 @@ bool asks_for_blue_noise(const FilterSpec& filter) {
   });
 }
 
-std::vector<SharpnessTrial> try_sharpness(const Extents& extents, const FilterSpec& filter, SampleScale scale) {
+std::vector<SharpnessTrial> try_sharpness(const Extents& extents, const FilterSpec& filter, SampleScale scale,
+                                          const std::function<bool()>& goes_on) {
   if (asks_for_blue_noise(filter)) return {};
   const Twin twin = twin_of(extents, filter, scale);
   if (twin.filter.groups.empty()) return {};
@@ -112,7 +120,11 @@ std::vector<SharpnessTrial> try_sharpness(const Extents& extents, const FilterSp
   std::vector<SharpnessTrial> trials;
   for (const double sharpness : tried(scale)) {
     double sum = 0;
-    for (const std::uint64_t seed : seeds) sum += error_of(twin, overlap, scale, sharpness, seed);
+    for (const std::uint64_t seed : seeds) {
+      const std::optional<double> error = error_of(twin, overlap, scale, sharpness, seed, goes_on);
+      if (!error) return {};
+      sum += *error;
+    }
     trials.push_back({sharpness, sum / static_cast<double>(std::size(seeds))});
   }
   return trials;

@@ -188,7 +188,9 @@ std::vector<std::vector<std::uint32_t>> time_strata(const Extents& extents, cons
                                                     double sharpness, std::uint64_t seed,
                                                     const std::function<bool()>& goes_on) {
   NOISELOOM_CHECK(axis >= 2 && fits_time_strata(extents, axis));
-  if (sharpness == 0) sharpness = sharpness_of_strata(best_sharpness(try_sharpness(extents, filter)));
+  if (sharpness == 0) {
+    sharpness = sharpness_of_strata(best_sharpness(try_sharpness(extents, filter, SampleScale::line, goes_on)));
+  }
   return TimeStrata(extents, filter, axis, sharpness, seed).make(goes_on);
 }
 

@@ -326,11 +326,11 @@ GenerateResult Generation::run() {
   take_inputs();
   note_start_goes_on();
   if (asked_to_stop()) return stopped_before_start();
-  take_up();
-  if (asked_to_stop()) return stopped_before_start();
-  if (!resumed_) probe();
-  note_start_goes_on();
   try {
+    take_up();
+    if (asked_to_stop()) return stopped_before_start();
+    if (!resumed_) probe();
+    note_start_goes_on();
     begin();
   } catch (const StartStopped&) {
     return stopped_before_start();

@@ -11,6 +11,7 @@
 #include "noiseloom/dist/halo_exchange.h"
 #include "noiseloom/dist/halo_plan.h"
 #include "noiseloom/run/checkpoint.h"
+#include "noiseloom/run/stop_signals.h"
 #include "run/memory_words.h"
 
 namespace noiseloom {
@@ -37,15 +38,28 @@ ConstructJob::ConstructJob(const RunConfig& config)
 void ConstructJob::prepare(const Communicator& communicator, ThreadPool& pool) {
   communicator_ = &communicator;
   pool_ = &pool;
+  spec_ = config_.construct;
+  if (spec_.sharpness == 0) find_sharpness();
+  const ProblemSpec& problem = config_.problem;
   communicator.together([&] {
-    naming_shortage("taking up filter and energies", [&] {
-      spec_ = config_.construct;
-      const ProblemSpec& problem = config_.problem;
-      if (spec_.sharpness == 0)
-        spec_.sharpness = best_sharpness(try_sharpness(problem.extents, problem.filter, *scale_));
-      run_.emplace(overlap_, problem.filter, *scale_, spec_, problem.seed, communicator, pool);
+    naming_shortage("taking up filter and energies",
+                    [&] { run_.emplace(overlap_, problem.filter, *scale_, spec_, problem.seed, communicator, pool); });
+  });
+}
+
+// Every rank makes the same trials for itself; a signal to one of them ends those of all.
+void ConstructJob::find_sharpness() {
+  const ProblemSpec& problem = config_.problem;
+  bool stopped = false;
+  communicator_->together([&] {
+    naming_shortage("trying how sharp an overlap constructs best", [&] {
+      spec_.sharpness = best_sharpness(try_sharpness(problem.extents, problem.filter, *scale_, [&] {
+        stopped = noted_stop_signal() != 0;
+        return !stopped;
+      }));
     });
   });
+  if (communicator_->any_bits(stopped ? 1U : 0U) != 0) throw StartStopped();
 }
 
 void ConstructJob::restore(const RunFileReader* saved) {

@@ -42,6 +42,7 @@ class ConstructJob : public Job {
   double relative_error() const { return relative_error_; }
 
  private:
+  void find_sharpness();
   std::int64_t num_ranked() const { return run_->progress().num_placed * config_.problem.extents.num_slices(); }
   ConstructState state() const;
   void score();

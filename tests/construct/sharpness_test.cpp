@@ -106,6 +106,20 @@ TEST(Sharpness, IsFoundForTablesOverSpaceAndSlices) {
   EXPECT_FALSE(try_sharpness(Extents({16, 12, 4}), product({group({0, 2}, taps_with_negative_ones())})).empty());
 }
 
+TEST(Sharpness, IsGivenUpWhereNobodyWantsItAnyMore) {
+  const Extents extents({16, 12});
+  const FilterSpec filter = product({group({0, 1}, gauss(1))});
+  int all = 0;
+  const auto trials = try_sharpness(extents, filter, SampleScale::line, [&] { return ++all > 0; });
+  EXPECT_EQ(errors_of(trials), errors_of(try_sharpness(extents, filter)));
+  // Also in the last round of the last trial.
+  for (const int last : {1, 3, all}) {
+    int asked = 0;
+    EXPECT_TRUE(try_sharpness(extents, filter, SampleScale::line, [&] { return ++asked < last; }).empty());
+    EXPECT_EQ(asked, last);
+  }
+}
+
 // R of the samples that 8 bits hold.
 double error_of(const ConstructProblem& problem) {
   AloneConstruction run(problem);

@@ -116,6 +116,13 @@ TEST(TimeStrata, AreGivenUpWhereNobodyWantsThemAnyMore) {
   int asked = 0;
   time_strata(Extents({16, 16, 8}), product({group({0, 1}, gauss(1))}), 2, 1, 5, [&] { return ++asked < 3; });
   EXPECT_EQ(asked, 3);
+  // The search for a sharpness asks as well: much oftener than is asked of strata whose sharpness is given.
+  const auto times_asked = [](double sharpness) {
+    int times = 0;
+    time_strata(Extents({16, 16, 8}), product({group({0, 1}, gauss(1))}), 2, sharpness, 5, [&] { return ++times > 0; });
+    return times;
+  };
+  EXPECT_GT(times_asked(0), 2 * times_asked(1));
 }
 
 }  // namespace

@@ -30,6 +30,17 @@ groups  = [ { axes = "xy", kernel = "gauss", sigma = 1.0 }, { axes = "t", kernel
 method = "construct"
 stop   = { iterations = 4000 }
 """
+# Of circles whose slices act on each other the sharpness takes 18 constructions to find, as large as this one.
+SOUGHT = """
+[texture]
+size    = { x = 32, y = 32, t = 16 }
+samples = "circle"
+[filter]
+combine = "product"
+groups  = [ { axes = "xy", kernel = "gauss", sigma = 4.0 }, { axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.1 } ]
+[optimizer]
+method = "construct"
+"""
 LONG = ("--set", "optimizer.stop.iterations=1000000")
 
 
@@ -115,6 +126,50 @@ class Stop(ProgramTest):
                 self.assertNotIn('"iterations"', errors)
                 self.run_program("generate", self.config, "-o", "out.h5", "--resume", "--quiet")
                 self.assertEqual(self.samples_checksum("out.h5"), self.samples_checksum("straight.h5"))
+
+    def stop_in_the_search(self, *arguments, ranks=None, pid_of=lambda process: process.pid):
+        """What is said by a run that gets a signal while it looks for a sharpness: after the lock, before it says what it is."""
+        lock = self.folder / "out.h5.lock"
+        lock.unlink(missing_ok=True)
+        process = self.start(*arguments, ranks=ranks)
+        while not lock.exists():
+            self.assertIsNone(process.poll())
+            time.sleep(0.01)
+        time.sleep(0.3)
+        os.kill(pid_of(process), signal.SIGUSR1)
+        errors = self.ended(process, 75)
+        self.assertNotIn('"start"', errors, "the search went on to its end")
+        return errors
+
+    def test_a_stop_within_the_search_for_a_sharpness(self):
+        self.config = self.write("sought.toml", SOUGHT)
+        self.run_program("generate", self.config, "-o", "straight.h5", "--quiet")
+        for ranks in (None, 2):
+            with self.subTest(ranks=ranks):
+                errors = self.stop_in_the_search(ranks=ranks)
+                self.assertIn("stopped by SIGUSR1 before anything was computed; there is nothing to save yet", errors)
+                self.assertFalse((self.folder / "out.h5").exists())
+        # A run that was under way looks for its sharpness again, and is as it was where that is stopped.
+        self.run_program("generate", self.config, "-o", "out.h5", "--resume", "--time-limit", "0.001s", expect=75)
+        before = (self.folder / "out.h5").read_bytes()
+        errors = self.stop_in_the_search("--resume")
+        self.assertIn("stopped by SIGUSR1 before anything was computed; out.h5 is as it was", errors)
+        self.assertEqual((self.folder / "out.h5").read_bytes(), before)
+        self.run_program("generate", self.config, "-o", "out.h5", "--resume", "--quiet")
+        self.assertEqual(self.samples_checksum("out.h5"), self.samples_checksum("straight.h5"))
+
+    def test_a_stop_of_one_rank_within_the_search_is_one_of_all(self):
+        self.config = self.write("sought.toml", SOUGHT)
+
+        def last_rank(launcher):
+            threads = pathlib.Path(f"/proc/{launcher.pid}/task").iterdir()
+            children = [int(pid) for thread in threads for pid in (thread / "children").read_text().split()]
+            self.assertEqual(len(children), 2)
+            return max(children)
+
+        errors = self.stop_in_the_search(ranks=2, pid_of=last_rank)
+        self.assertRegex(errors, "stopped by (SIGUSR1|a signal to another rank) before anything was computed")
+        self.assertFalse((self.folder / "out.h5").exists())
 
     def test_a_signal_before_the_start(self):
         # As soon as the handler is in place, which is long before MPI is: nothing is saved, and that is said.

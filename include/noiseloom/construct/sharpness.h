@@ -11,6 +11,7 @@
 // seed, the machine, ranks or threads: R is computed in a fixed order of doubles.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "noiseloom/construct/slice_construction.h"
@@ -29,9 +30,12 @@ struct SharpnessTrial {
 bool asks_for_blue_noise(const FilterSpec& filter);
 
 // What was tried, in ascending order; empty where nothing is to be found, as the filter asks for blue noise or reaches
-// no other pixel of a slice. Throws UserError for a table that cannot be used.
-std::vector<SharpnessTrial> try_sharpness(const Extents& extents, const FilterSpec& filter,
-                                          SampleScale scale = SampleScale::line);
+// no other pixel of a slice. Where `goes_on`, which is asked in every round of a trial, says no, what is returned means
+// nothing: trials take 0.05 s as a rule, but seconds on a circle whose slices act on each other, and longer where a
+// table joins space and many slice axes. Throws UserError for a table that cannot be used.
+std::vector<SharpnessTrial> try_sharpness(
+    const Extents& extents, const FilterSpec& filter, SampleScale scale = SampleScale::line,
+    const std::function<bool()>& goes_on = [] { return true; });
 
 // The exponent of the trial with the least R, the lowest of equals; 1 where nothing was tried.
 double best_sharpness(const std::vector<SharpnessTrial>& trials);

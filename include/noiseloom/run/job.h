@@ -22,14 +22,15 @@ struct SaveTarget {
   std::map<std::string, Attribute> provenance;
 };
 
-// What start() throws on all ranks where a signal asked for a stop before there was anything to save.
+// What prepare() and start() throw on all ranks where a signal asked for a stop before there was anything to save.
 struct StartStopped {};
 
 class Job {
  public:
   virtual ~Job() = default;
 
-  // Takes up memory; everything else comes after it. The arguments outlive the job. *Collective*
+  // Takes up memory; everything else comes after it. The arguments outlive the job. May throw StartStopped.
+  // *Collective*
   virtual void prepare(const Communicator& communicator, ThreadPool& pool) = 0;
   virtual void start(double run_s) = 0;                  // may throw StartStopped. *Collective*
   virtual void restore(const RunFileReader* saved) = 0;  // rank 0 has the file, the others nullptr. *Collective*
