@@ -46,8 +46,9 @@ HWY_INLINE void add_row(const VacLayout& layout, const VacRow& row, const std::u
   rows::HWY_NAMESPACE::add_row(layout.size[0], layout.toroidal[0], row.lo, row.hi, weights + row.first, add, x, words);
 }
 
-// Calls visit(row, x, words of the row's line) for the kernel rows that meet the slice of `position`.
-template <class Word, class Visit>
+// Calls visit(row, x, words of the row's line) for the kernel rows that meet the slice of `position`; where a band of
+// it is present, for those that meet that.
+template <bool Band, class Word, class Visit>
 HWY_INLINE void each_plane_row(const VacLayout& layout, const VacGroupKernel& group, Word* data, std::uint64_t position,
                                const Visit& visit) {
   const auto cell = static_cast<std::int64_t>(position) % layout.cells;
@@ -59,29 +60,29 @@ HWY_INLINE void each_plane_row(const VacLayout& layout, const VacGroupKernel& gr
   Word* const words = data + (slice - layout.slice_begin) * layout.slice_words;
   for (const VacRow& row : group.rows) {
     std::int64_t row_y = y;
-    if (layout.move(row_y, 1, row.offset[0]) && layout.has_row(row_y)) {
-      visit(row, x, words + (row_y - layout.row_begin) * width);
-    }
+    if (!layout.move(row_y, 1, row.offset[0]) || (Band && !layout.has_row(row_y))) continue;
+    visit(row, x, words + (Band ? row_y - layout.row_begin : row_y) * width);
   }
 }
 
-template <class A>
+template <bool Band, class A>
 HWY_INLINE void add_plane(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
                           std::uint64_t position) {
-  each_plane_row(layout, group, data, position, [&](const VacRow& row, std::int64_t x, std::uint32_t* line) HWY_ATTR {
-    add_row(layout, row, group.weights.data(), add, x, line);
-  });
+  each_plane_row<Band>(layout, group, data, position,
+                       [&](const VacRow& row, std::int64_t x, std::uint32_t* line)
+                           HWY_ATTR { add_row(layout, row, group.weights.data(), add, x, line); });
 }
 
 // Fetches the lines that add_plane will write to.
+template <bool Band>
 HWY_INLINE void prefetch_plane(const VacLayout& layout, const VacGroupKernel& group, const std::uint32_t* data,
                                std::uint64_t position) {
-  each_plane_row(layout, group, data, position,
-                 [](const VacRow& row, std::int64_t x, const std::uint32_t* line) HWY_ATTR {
-                   const std::uint32_t* const begin = line + std::max<std::int64_t>(x - row.lo, 0);
-                   __builtin_prefetch(begin, 1);
-                   __builtin_prefetch(begin + row.lo + row.hi, 1);
-                 });
+  each_plane_row<Band>(layout, group, data, position,
+                       [](const VacRow& row, std::int64_t x, const std::uint32_t* line) HWY_ATTR {
+                         const std::uint32_t* const begin = line + std::max<std::int64_t>(x - row.lo, 0);
+                         __builtin_prefetch(begin, 1);
+                         __builtin_prefetch(begin + row.lo + row.hi, 1);
+                       });
 }
 
 template <class A>
@@ -129,14 +130,29 @@ HWY_INLINE void add_any(const VacLayout& layout, const VacGroupKernel& group, st
   }
 }
 
+template <bool Band, class A>
+HWY_INLINE void add_planes(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
+                           std::span<const std::uint64_t> positions) {
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (i + 2 < positions.size()) prefetch_plane<Band>(layout, group, data, positions[i + 2]);
+    add_plane<Band>(layout, group, data, add, positions[i]);
+  }
+}
+
+// A function of its own, that the usual loop stays short.
+template <class A>
+HWY_NOINLINE void add_planes_to_band(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data,
+                                     const A& add, std::span<const std::uint64_t> positions) {
+  add_planes<true>(layout, group, data, add, positions);
+}
+
 template <class A>
 HWY_INLINE void add_group(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
                           std::span<const std::uint64_t> positions) {
-  if (group.is_of_plane()) {
-    for (std::size_t i = 0; i < positions.size(); ++i) {
-      if (i + 2 < positions.size()) prefetch_plane(layout, group, data, positions[i + 2]);
-      add_plane(layout, group, data, add, positions[i]);
-    }
+  if (layout.is_band()) {  // which only groups of the plane act on
+    add_planes_to_band(layout, group, data, add, positions);
+  } else if (group.is_of_plane()) {
+    add_planes<false>(layout, group, data, add, positions);
   } else {
     for (const std::uint64_t position : positions) add_any(layout, group, data, add, position);
   }

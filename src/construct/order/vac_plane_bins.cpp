@@ -175,7 +175,7 @@ std::span<const VacPlaneBins::Run> VacPlaneBins::runs_around(const Coord& from,
   const std::size_t origin = plane(from) * num_tiles;
   const auto begin_of = [&](std::size_t tile) { return tile == 0 ? 0 : ends_[tile - 1]; };
   // A few are sooner looked at than their tiles.
-  constexpr std::uint32_t few = 32;
+  constexpr std::uint32_t few = 16;
   const Run whole{begin_of(origin), ends_[origin + num_tiles - 1]};
   if (whole.end - whole.begin <= few) {
     runs[0] = whole;
