@@ -47,7 +47,8 @@ void ConstructJob::prepare(const Communicator& communicator, ThreadPool& pool) {
   });
 }
 
-// Every rank makes the same trials for itself; a signal to one of them ends those of all.
+// Every rank makes the same trials for itself. A signal to one of them stops all, once the others are through with
+// theirs.
 void ConstructJob::find_sharpness() {
   const ProblemSpec& problem = config_.problem;
   bool stopped = false;

@@ -137,7 +137,7 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request) {
   const double workers = vac_num_workers(spec, request.ranks, request.threads);
   // Swaps go one after another; the rest is shared out but for what waits for other slices.
   time.moves = swap_cost * plan.phases.swaps * measured.seconds_per_place +
-               pixels * measured.seconds_per_place * (0.2 + 0.8 / std::max(1.0, workers));
+               pixels * measured.seconds_per_place * (0.2 + 0.8 / workers);
   time.start = 0.1 + points * 50e-9;
   time.saves = save_seconds(plan.run_file_bytes) * (1 + std::floor(time.total() / 600));
   time.spread = measured.whole ? 1.3 : 2;

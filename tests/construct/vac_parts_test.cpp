@@ -181,17 +181,17 @@ TEST(VacFields, AFailureOfAHelperReachesTheCaller) {
 }
 
 // Bands of rows hold what the whole slice holds, whether picks wait or not.
-TEST(VacField, BandsHoldWhatTheWholeSliceHolds) {
+void expect_bands_hold_what_the_slice_holds(const std::vector<std::int32_t>& ends) {
   for (const std::int64_t cells_to_wait : {std::int64_t{0}, VacField::usual_cells_to_wait}) {
     for (const bool wraps : {true, false}) {
-      VacSpec spec = vac_spec({200, 170}, {{0, 1}, {0, 1}}, 1.9);
+      VacSpec spec = vac_spec({257, 210}, {{0, 1}, {0, 1}}, 1.9);
       spec.groups[1].sigma_px = 2.5;
       spec.toroidal = {true, wraps};
       const VacKernel kernel(spec);
       VacField whole(spec, kernel, 0, 1, cells_to_wait);
       std::vector<VacField> bands;
-      for (const auto& [begin, end] : {std::pair{0, 31}, {31, 32}, {32, 170}}) {  // one narrower than footprints
-        bands.emplace_back(VacLayout::band(spec, begin, end), kernel, cells_to_wait);
+      for (std::size_t i = 1; i < ends.size(); ++i) {
+        bands.emplace_back(VacLayout::band(spec, ends[i - 1], ends[i]), kernel, cells_to_wait);
       }
       std::vector<std::uint64_t> pixels = vac_start_pattern([&] {
         spec.density = 0.1;
@@ -219,7 +219,7 @@ TEST(VacField, BandsHoldWhatTheWholeSliceHolds) {
       }
       ASSERT_GT(found.size(), 100U);
       ASSERT_TRUE(std::ranges::equal(found, whole.found(), {}, {}, &VacCandidate::position));
-      for (const std::uint64_t position : {std::uint64_t{0}, std::uint64_t{31 * 200 + 7}, std::uint64_t{169 * 200}}) {
+      for (const std::uint64_t position : {std::uint64_t{0}, std::uint64_t{41 * 257 + 7}, std::uint64_t{209 * 257}}) {
         whole.turn_on_watching(position, 1, hits_of_whole);
         for (VacField& band : bands) band.turn_on_watching(position, 1, hits);
       }
@@ -236,6 +236,20 @@ TEST(VacField, BandsHoldWhatTheWholeSliceHolds) {
       }
     }
   }
+}
+
+TEST(VacField, BandsHoldWhatTheWholeSliceHolds) {
+  expect_bands_hold_what_the_slice_holds({0, 41, 42, 150, 210});
+  expect_bands_hold_what_the_slice_holds({0, 3, 207, 210});  // one that some pixels reach from both sides
+  const VacSpec spec = vac_spec({257, 210}, {{0, 1}}, 2.5);
+  const VacKernel kernel(spec);
+  EXPECT_TRUE(VacPending::make(VacLayout(spec, 0, 1), kernel)) << "picks would not wait";
+  EXPECT_TRUE(VacPending::make(VacLayout::band(spec, 42, 150), kernel));
+  EXPECT_FALSE(VacPending::make(VacLayout::band(spec, 3, 207), kernel));
+  const auto num_bins = [&](std::int32_t rows) {
+    return VacPending::make(VacLayout::band(spec, 0, rows), kernel)->bins.size();
+  };
+  EXPECT_LT(num_bins(32), num_bins(128));
 }
 
 TEST(VacLayout, IndexesBeyondFourBillionPixels) {

@@ -128,7 +128,7 @@ TEST(VoidAndClusterRanks, GiveTheSameWhereThreadsAndRanksPickApart) {
     VoidAndCluster alone(spec, self, one);
     alone.start();
     alone.advance(everything);
-    ThreadPool pool(2);
+    ThreadPool pool(2 + world.rank().value() % 2);
     VoidAndCluster run(spec, world, pool);
     run.start();
     while (!run.done()) run.advance(10'007);
@@ -202,6 +202,8 @@ TEST(VoidAndClusterRanks, AllThrowWhereOneCannotGoOn) {
   run.advance(40);
   EXPECT_THROW(resumed.restore(earlier, [&](SliceIndex slice) { return run.order(slice); }), SharedUserError);
   resumed.restore(run.progress(), [&](SliceIndex slice) { return run.order(slice); });
+  resumed.advance(1);  // some of a batch, the rest of which must not be gone on with after this
+  resumed.restore(run.progress(), [&](SliceIndex slice) { return run.order(slice); });
   run.advance(everything);
   resumed.advance(everything);
   EXPECT_EQ(ranks_of(resumed, world), ranks_of(run, world));
@@ -227,7 +229,7 @@ TEST(VoidAndClusterRanks, CountWhatTravels) {
   EXPECT_LT(static_cast<double>(run.collectives() - collectives) / picks, 0.1);
   std::int64_t all = run.bytes_sent() - bytes;
   world.sum(std::span(&all, 1));
-  EXPECT_LT(static_cast<double>(all) / picks / world.size(), 16);
+  EXPECT_LT(static_cast<double>(all) / picks, 20);
   EXPECT_GT(all, 0);
 }
 

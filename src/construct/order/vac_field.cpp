@@ -19,14 +19,15 @@ constexpr std::int64_t leaf_cells = VacLayout::leaf_cells;
 }  // namespace
 
 VacWords allocate_words(std::size_t count) {
-  // Rows of a footprint, and slices, are pages apart: huge pages keep them within reach of the TLB.
+  // Rows of a footprint, and slices, are pages apart: huge pages keep them within reach of the TLB. The rest of the
+  // words takes usual ones, as threads have many fields and each would take up to a huge page more than it needs.
   constexpr std::size_t huge_page = std::size_t{1} << 21;
-  const std::size_t alignment = count * sizeof(std::uint32_t) >= huge_page ? huge_page : 64;
-  const std::size_t bytes = (count * sizeof(std::uint32_t) + alignment - 1) / alignment * alignment;
-  void* memory = std::aligned_alloc(alignment, bytes);
-  if (memory == nullptr) throw std::bad_alloc();
+  const std::size_t bytes = std::max<std::size_t>(count, 1) * sizeof(std::uint32_t);
+  void* memory = nullptr;
+  if (posix_memalign(&memory, bytes >= huge_page ? huge_page : 64, bytes) != 0) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
-  if (alignment == huge_page) madvise(memory, bytes, MADV_HUGEPAGE);  // only advice: failure costs speed alone
+  // Only advice: failure costs speed alone.
+  if (bytes >= huge_page) madvise(memory, bytes / huge_page * huge_page, MADV_HUGEPAGE);
 #endif
   return VacWords(static_cast<std::uint32_t*>(memory));
 }
@@ -196,7 +197,7 @@ std::pair<std::size_t, std::size_t> VacField::own(std::span<const std::uint64_t>
   return {static_cast<std::size_t>(first - positions.begin()), static_cast<std::size_t>(last - positions.begin())};
 }
 
-// Those of ascending positions that reach the rows that are present, around the torus too.
+// Those of ascending positions that reach the rows that are present, around the torus where there is one.
 std::span<const std::uint64_t> VacField::in_reach(std::span<const std::uint64_t> positions) {
   if (!layout_.is_band()) return positions;
   std::int64_t reach = 0;
@@ -212,8 +213,9 @@ std::span<const std::uint64_t> VacField::in_reach(std::span<const std::uint64_t>
   const std::int64_t begin = layout_.row_begin - reach;
   const std::int64_t end = layout_.row_end + reach;
   append_rows(begin, end);
+  if (!layout_.toroidal[1]) return in_reach_;
   if (begin < 0) append_rows(std::max(begin + num_rows, end), num_rows);
-  if (end > num_rows) append_rows(0, std::min(end - num_rows, begin));
+  if (end > num_rows) append_rows(0, std::min(end - num_rows, std::max<std::int64_t>(begin, 0)));
   return in_reach_;
 }
 

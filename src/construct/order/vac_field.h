@@ -1,4 +1,5 @@
-// The energies of a range of slices, with the pixels that are on marked, and what void and cluster asks of them.
+// The energies of a range of slices, or of a band of rows of the only one, with the pixels that are on marked, and what
+// void and cluster asks of them.
 //
 // A word per pixel: its energy, and vac_flag where it is on. Slices are padded to an odd number of cache lines, so that
 // a pixel's neighbours along the slice axes do not all fall into the same set of the cache.

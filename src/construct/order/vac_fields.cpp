@@ -14,7 +14,6 @@ VacFields::VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t 
   const auto cells = static_cast<std::uint64_t>(spec.extents.cells_per_slice());
   begin_ = cells * static_cast<std::uint64_t>(begin);
   end_ = cells * static_cast<std::uint64_t>(end);
-  // Where a group reaches other slices pixel by pixel, each part goes through all picks: then more parts are more work.
   const int threads = pool.num_threads();
   const int bands = begin < end ? num_bands(layout_, kernel, threads) : 1;
   if (bands > 1) {
@@ -26,6 +25,7 @@ VacFields::VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t 
     work_.emplace(pool, parts_.size());
     return;
   }
+  // Where a group reaches other slices pixel by pixel, each part goes through all picks: then more parts are more work.
   const int num_parts = threads == 1 || !acts_by_slices(kernel) ? threads : 8 * threads;
   const Partition split(end - begin, std::max(1, std::min<int>(num_parts, end - begin)));
   for (int i = 0; i < split.num_ranks(); ++i) {

@@ -29,7 +29,9 @@ void VacGroupBins::raise(const Coord& from, std::span<std::uint32_t> energies) c
 void VacGroupBins::find(const Coord& from, std::vector<Hit>& hits) const {
   for (const VacPlaneBins& bins : plane_bins_) bins.find(from, hits);
   for (const VacBins& bins : bins_) {
-    bins.visit(from, [&](std::uint32_t i, std::uint32_t weight) { hits.push_back({i, weight}); });
+    bins.visit(from, [&](std::uint32_t i, std::uint32_t weight) {
+      if (weight != 0) hits.push_back({i, weight});
+    });
   }
 }
 

@@ -21,7 +21,7 @@ class VacGroupBins {
   void assign(std::span<const Coord> at);
   // Adds the weights of a pick at `from` to the energies of the candidates in its footprint.
   void raise(const Coord& from, std::span<std::uint32_t> energies) const;
-  // Appends those candidates, once for each group.
+  // Appends those whose weight is not zero, once for each group.
   void find(const Coord& from, std::vector<Hit>& hits) const;
 
  private:

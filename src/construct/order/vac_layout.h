@@ -20,7 +20,7 @@ struct VacLayout {
   static constexpr std::int64_t line_words = 16;  // of a cache line
   static constexpr std::int64_t leaf_cells = 64;
   VacLayout(const VacSpec& spec, std::int32_t begin, std::int32_t end);
-  // Requires one slice.
+  // Requires one slice. For kernels all of whose groups are of the plane (VacGroupKernel).
   static VacLayout band(const VacSpec& spec, std::int32_t row_begin, std::int32_t row_end);
 
   int num_axes;

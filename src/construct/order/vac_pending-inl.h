@@ -20,8 +20,8 @@ HWY_BEFORE_NAMESPACE();
 namespace noiseloom::vac_simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The part of a leaf that lies in one row: pixels [begin, end) of the row y. The leaf's first pixel would be at x =
-// `origin` of this row.
+// The part of a leaf that lies in one row: pixels [begin, end) of the row y of the bins' rows. The leaf's first pixel
+// would be at x = `origin` of this row.
 struct Segment {
   std::int64_t y;
   std::int64_t begin;
@@ -123,7 +123,7 @@ HWY_INLINE void bring_up_segment(const VacPending& pending, const VacLayout& lay
     each_interval(segment.begin - pending.reach_x, segment.end - 1 + pending.reach_x, layout.size[0],
                   layout.toroidal[0], bins_of_row);
   };
-  each_interval(segment.y - pending.reach_y, segment.y + pending.reach_y, layout.size[1], layout.toroidal[1],
+  each_interval(segment.y - pending.reach_y, segment.y + pending.reach_y, pending.num_rows, pending.rows_wrap,
                 rows_of_bins);
   add_found(pending, begin, end, leaf_words, found);
 }
@@ -143,7 +143,8 @@ HWY_INLINE void bring_up(VacPending& pending, const VacLayout& layout, std::uint
     const std::int64_t y = cell / width;
     const std::int64_t x = cell - y * width;
     const std::int64_t end_x = std::min(width, x + end - cell);
-    bring_up_segment(pending, layout, bins, since, {y, x, end_x, x - (cell - first)}, words + leaf * 64);
+    bring_up_segment(pending, layout, bins, since, {y - pending.first_y, x, end_x, x - (cell - first)},
+                     words + leaf * 64);
     cell += end_x - x;
   }
 }

@@ -63,7 +63,7 @@ void FindAround(const std::array<VacPlaneBins::Axis, 2>& axes, const std::uint32
                 const std::uint32_t* places, const std::uint32_t* indices, std::span<const VacPlaneBins::Run> runs,
                 const VacPlaneBins::Coord& from, std::vector<VacPlaneBins::Hit>& hits) {
   each_around(axes, weights, places, runs, from, [&](std::size_t k, std::uint32_t weight) HWY_ATTR {
-    hits.push_back({indices[k], weight});
+    if (weight != 0) hits.push_back({indices[k], weight});
   });
 }
 

@@ -22,7 +22,7 @@ class VacPlaneBins {
   void assign(std::span<const Coord> at);
   // Adds the group's weights to the energies of the candidates around `from`.
   void raise(const Coord& from, std::span<std::uint32_t> energies) const;
-  // Appends those candidates.
+  // Appends those of them whose weight is not zero.
   struct Hit {
     std::uint32_t index;
     std::uint32_t weight;

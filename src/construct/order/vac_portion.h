@@ -10,7 +10,7 @@ namespace noiseloom {
 
 struct VacPortion {
   std::vector<std::uint64_t> positions;  // ascending
-  std::vector<std::uint32_t> numbers;    // of each: how many of its batch were picked before it
+  std::vector<std::uint32_t> numbers;    // of each that is ours: how many of its batch were picked before it
 
   // Where there are as many as slices, fields take them slice by slice, and find here what follows from the positions.
   void divide(const VacLayout& layout);

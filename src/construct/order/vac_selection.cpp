@@ -145,8 +145,12 @@ void VacSelection::pick_what_waits() {
 }
 
 // The number of a pick is the number of picks that are less: in its own list and in the others. Those of other ranks'
-// slices have none but where more than `most` are picked.
+// slices are not found out but where more than `most` are picked.
 void VacSelection::number_picks(std::size_t most) {
+  if (lists_.size() == 1) {
+    for (std::uint32_t i = 0; i < lists_[0].size(); ++i) number_[lists_[0][i].index(view_)] = i;
+    return;
+  }
   const std::size_t num_pieces = part_positions_.size() - 1;
   work_->for_each([&](std::size_t piece) {
     std::vector<std::uint32_t> numbers;

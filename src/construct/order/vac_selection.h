@@ -26,7 +26,7 @@ class VacSelection {
                VacExchange& exchange, ThreadPool& pool, std::size_t fewest = 256);
 
   // Takes all picks that follow from the candidates (VacSelector::begin). The numbers of those of other ranks' slices
-  // are right only where there are more than `most`. *Collective*
+  // are right only where there are more than `most`. At most 2^28 candidates on several ranks. *Collective*
   void take(VacView view, std::span<const VacCandidate> candidates, std::uint64_t limit, std::size_t most,
             VacPortion& picks);
 

@@ -17,6 +17,7 @@
 #include <span>
 #include <vector>
 
+#include "construct/order/vac_field.h"
 #include "construct/order/vac_group_bins.h"
 
 namespace noiseloom {

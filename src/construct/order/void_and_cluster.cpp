@@ -1,7 +1,6 @@
 #include "noiseloom/construct/void_and_cluster.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
@@ -223,7 +222,6 @@ struct VoidAndCluster::Impl {
     fields.turn_batch(filling, picks, turned, is_last, then ? &*then : nullptr);
     const auto count = static_cast<std::int64_t>(picks.positions.size());
     progress.num_placed += count;
-
     return count;
   }
 
