@@ -83,13 +83,19 @@ static auto find_around() { return HWY_DYNAMIC_DISPATCH(FindAround); }
 
 }  // namespace vac_simd
 
-static constexpr std::int32_t not_toroidal = 1 << 20;  // more than any difference
+static constexpr std::int32_t not_toroidal = 1 << 20;     // more than any difference
+static constexpr std::int32_t least_widths[] = {64, 16};  // of tiles, along both axes
 
 bool VacPlaneBins::suit(const VacLayout& layout, const VacGroupKernel& group) {
+  if (group.others.size() != 1 || group.edges != VacEdges::pass) return false;
+  const std::int64_t width = layout.size[static_cast<std::size_t>(group.axis0)];
+  const std::int64_t height = layout.size[static_cast<std::size_t>(group.others[0])];
   constexpr std::int64_t most = 1 << 15;  // coordinates are halves of a word
-  return group.others.size() == 1 && group.edges == VacEdges::pass &&
-         layout.size[static_cast<std::size_t>(group.axis0)] <= most &&
-         layout.size[static_cast<std::size_t>(group.others[0])] <= most;
+  // Tiles are gone through for every batch, which has a few thousandths of the pixels.
+  constexpr std::int64_t fewest_pixels_in_tile = 256;
+  return width <= most && height <= most &&
+         std::min<std::int64_t>(width, least_widths[0]) * std::min<std::int64_t>(height, least_widths[1]) >=
+             fewest_pixels_in_tile;
 }
 
 VacPlaneBins::VacPlaneBins(const VacLayout& layout, const VacGroupKernel& group) {
@@ -107,7 +113,6 @@ VacPlaneBins::VacPlaneBins(const VacLayout& layout, const VacGroupKernel& group)
   }
   // So wide that a footprint meets at most four tiles along an axis. Narrow planes are one tile wide, as few candidates
   // are looked at in vain there.
-  constexpr std::int32_t least_widths[] = {64, 16};
   constexpr std::int64_t narrow_plane = 128;
   for (std::size_t i = 0; i < 2; ++i) {
     Axis& axis = axes_[i];
