@@ -15,11 +15,10 @@ VacFields::VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t 
   begin_ = cells * static_cast<std::uint64_t>(begin);
   end_ = cells * static_cast<std::uint64_t>(end);
   const int threads = pool.num_threads();
-  const int bands = begin < end ? num_bands(layout_, kernel, threads) : 1;
-  if (bands > 1) {
-    const Partition split(narrow<std::int32_t>(layout_.size[1]), bands);
-    for (int i = 0; i < bands; ++i) {
-      parts_.emplace_back(VacLayout::band(spec, split.begin(i), split.end(i)), kernel);
+  const std::vector<std::int32_t> rows = band_rows(layout_, kernel, threads);
+  if (begin < end && rows.size() > 2) {
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+      parts_.emplace_back(VacLayout::band(spec, rows[i - 1], rows[i]), kernel);
       part_ends_.push_back(parts_.back().layout().end_position());
     }
     work_.emplace(pool, parts_.size());

@@ -17,12 +17,11 @@ VacSelection::VacSelection(const VacSpec& spec, const VacKernel& kernel, const P
   for (int r = 0; r <= partition.num_ranks(); ++r) {
     rank_positions_.push_back(cells * static_cast<std::uint64_t>(partition.begin(r)));
   }
-  const int bands = partition.count(rank) > 0 ? num_bands(layout, kernel, pool.num_threads()) : 1;
-  if (bands > 1) {
-    const Partition split(narrow<std::int32_t>(layout.size[1]), bands);
-    for (int i = 0; i <= bands; ++i) {
-      part_positions_.push_back(static_cast<std::uint64_t>(split.begin(i)) *
-                                static_cast<std::uint64_t>(layout.size[0]));
+  const std::vector<std::int32_t> rows = band_rows(layout, kernel, pool.num_threads());
+  const bool has_bands = partition.count(rank) > 0 && rows.size() > 2;
+  if (has_bands) {
+    for (const std::int32_t row : rows) {
+      part_positions_.push_back(static_cast<std::uint64_t>(row) * static_cast<std::uint64_t>(layout.size[0]));
     }
   } else {
     const Partition split(partition.count(rank), std::clamp(partition.count(rank), 1, pool.num_threads()));
@@ -34,7 +33,7 @@ VacSelection::VacSelection(const VacSpec& spec, const VacKernel& kernel, const P
   work_.emplace(pool, part_positions_.size() - 1);
   // Where a group reaches other slices pixel by pixel, nearly all would wait.
   if (!acts_by_slices(kernel) || (exchange.alone() && part_positions_.size() == 2)) return;
-  for (std::size_t i = 1; i < part_positions_.size(); ++i) selectors_.emplace_back(spec, kernel, bands == 1);
+  for (std::size_t i = 1; i < part_positions_.size(); ++i) selectors_.emplace_back(spec, kernel, !has_bands);
 }
 
 bool VacSelection::divides(std::size_t num_candidates) const {

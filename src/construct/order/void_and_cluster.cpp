@@ -78,7 +78,7 @@ void check_vac_spec(const VacSpec& spec) {
 
 int vac_num_workers(const VacSpec& spec, int ranks, int threads) {
   const std::int32_t slices = spec.extents.num_slices();
-  const int bands = num_bands(VacLayout(spec, 0, slices), VacKernel(spec), threads);
+  const auto bands = static_cast<int>(band_rows(VacLayout(spec, 0, slices), VacKernel(spec), threads).size()) - 1;
   return bands > 1 ? bands : static_cast<int>(std::min(std::int64_t{ranks} * threads, std::int64_t{slices}));
 }
 
