@@ -16,6 +16,7 @@ DeltaFields::DeltaFields(const Footprint& footprint, int channels, WindowSize wi
     : footprint_(footprint),
       layout_(footprint, channels, window),
       slice_layout_(footprint, channels),
+      largest_near_(layout_.reach_y * layout_.width + layout_.width - 1),
       origin_(layout_.at(0)),
       origin_of_slice_(slice_layout_.at(0)),
       transposed_stride_(layout_.height + 2 * layout_.reach_y),

@@ -52,6 +52,13 @@ class DeltaFields {
                                                   layout_.reach_x)];
   }
 
+  // False where pair_weight() is surely 0: their rows are further apart than the reach. Nearly all pairs are, and this
+  // tells it without their positions.
+  bool may_be_near(Cell i, Cell j) const {
+    const std::int64_t apart = i < j ? j - i : i - j;
+    return apart <= largest_near_ || apart >= layout_.width * layout_.height - largest_near_;
+  }
+
   const FieldLayout& layout() const { return layout_; }
   void bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others);
   void swap(Cell i, Cell j);
@@ -71,6 +78,7 @@ class DeltaFields {
   FieldLayout layout_;        // of the window
   FieldLayout slice_layout_;  // of the other slices
   Corner corner_;
+  std::int64_t largest_near_;
   std::int64_t origin_;
   std::int64_t origin_of_slice_;
   std::int64_t transposed_stride_;

@@ -78,6 +78,10 @@ std::string Schedule::ended_by(const Moment& moment, double relative_error, doub
 
 double joined_fraction(double join, double fraction) { return join + (1 - join) * fraction; }
 
+double cooled(double fraction, double exponent) {
+  return fraction <= 0 || exponent == 1 ? fraction : math::exp(exponent * math::log(fraction));
+}
+
 double temperature_at(double start, double end, double fraction) {
   return start * math::exp(fraction * math::log(end / start));
 }

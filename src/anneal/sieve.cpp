@@ -51,7 +51,9 @@ Sieve::Sieve(const Footprint& footprint, const FeatureMap& map, WindowSize windo
 
 void Sieve::plan_own(const Footprint& footprint) {
   std::vector<PlaneTap> taps = footprint.slices()[0].taps;
+  const double least = least_change_told * largest_weight(footprint.slices()[0]);
   for (const PlaneTap& tap : taps) {
+    if (std::abs(tap.weight) < least) continue;
     const bool goes_on = !rows_.empty() && rows_.back().dy == tap.dy && rows_.back().dx + rows_.back().count == tap.dx;
     if (!goes_on) rows_.push_back({tap.dx, tap.dy, std::ssize(weights_), 0});
     ++rows_.back().count;

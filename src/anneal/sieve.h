@@ -6,7 +6,8 @@
 //   dE / 2                    ~  (f(b) - f(a)) . (B_i - B_j)  -  F(i - j) (K(a, a) + K(b, b) - 2 K(a, b))
 //
 // for a sample a at i and b at j. Unlike the background's, this B holds the moving slice, so that a swap changes it
-// within the footprints of both cells: a cost for each swap, not for each candidate.
+// within the footprints of both cells: a cost for each swap, not for each candidate. Where F is small it is left as it
+// was until the next visit.
 #pragma once
 
 #include <span>
@@ -19,6 +20,11 @@ namespace noiseloom {
 
 class Sieve {
  public:
+  // Of the largest tap of the own slice: a swap is told where F is at least that. Measured at as many iterations: R is
+  // the same within its scatter (0.03 % of vector2 gauss 1 + ema, 0.1 % of vector2 gauss 1 x gauss 1) from 0.004 to
+  // 0.3, and a run takes 11 to 17 % less time.
+  static constexpr double least_change_told = 0.08;
+
   // Whether other slices count by the plane of the moving slice or by the same pixel alone; a sieve serves no other
   // footprint.
   static bool serves(const Footprint& footprint);

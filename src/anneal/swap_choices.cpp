@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "anneal/sieve.h"
+#include "anneal/tap_plan.h"
 #include "noiseloom/anneal/schedule.h"
 #include "noiseloom/core/math.h"
 #include "noiseloom/problem/colour_classes.h"
@@ -30,9 +31,27 @@ StepSchedule step_schedule(DistanceKind kind, int channels) {
 
 }  // namespace
 
-TemperatureRange temperature_range(const OptimizerSpec& optimizer) {
-  return {optimizer.temperature_start > 0 ? optimizer.temperature_start : 0.11,
+bool has_given_temperature(const OptimizerSpec& optimizer) {
+  return optimizer.temperature_start > 0 || optimizer.temperature_end > 0;
+}
+
+bool acts_by_same_pixels(const Footprint& footprint) {
+  const auto others = footprint.slices().subspan(1);
+  return !others.empty() && std::all_of(others.begin(), others.end(), same_pixel_only);
+}
+
+TemperatureRange temperature_range(const OptimizerSpec& optimizer, const Footprint& footprint) {
+  const double start = acts_by_same_pixels(footprint) ? 0.06 : 0.11;
+  return {optimizer.temperature_start > 0 ? optimizer.temperature_start : start,
           optimizer.temperature_end > 0 ? optimizer.temperature_end : 8e-4};
+}
+
+double cooling_exponent(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_sieve) {
+  if (has_given_temperature(optimizer)) return 1;
+  const double by_iterations = acts_by_same_pixels(footprint)               ? 2.75
+                               : wants_many_features(footprint, with_sieve) ? 0.8
+                                                                            : 1;
+  return optimizer.stop.time_s > 0 ? 1.3 * by_iterations : by_iterations;
 }
 
 TemperatureRange joined_range(const TemperatureRange& whole, double join) {
@@ -46,8 +65,7 @@ bool ends_colder(DistanceKind kind, int channels, bool couples_slices) {
 TemperatureRange cold_range() { return {1e-4, 1e-5}; }
 
 double cooling_share(const OptimizerSpec& optimizer, bool couples_slices) {
-  const bool given = optimizer.temperature_start > 0 || optimizer.temperature_end > 0;
-  return given || couples_slices ? 1 : 0.97;
+  return has_given_temperature(optimizer) || couples_slices ? 1 : 0.97;
 }
 
 double cold_step_fraction(double fraction) { return 2 * fraction; }
@@ -88,14 +106,14 @@ std::int64_t visit_length(const OptimizerSpec& optimizer, std::int64_t num_cells
                           bool with_sieve) {
   if (optimizer.method != Method::anneal) return 1;
   constexpr std::int64_t steps = 24;
-  const std::int64_t longest = with_sieve ? 32 : with_background ? 16 : 8;
+  const std::int64_t longest = with_sieve ? 64 : with_background ? 16 : 8;
   if (optimizer.stop.iterations > 0) return std::clamp<std::int64_t>(optimizer.stop.iterations / steps, 1, longest);
   // The clock is read between sweeps.
   if (!with_sieve || optimizer.stop.time_s <= 0) return longest / 2;
-  constexpr double candidate_s = 0.15e-6;  // about, on one thread
+  constexpr double candidate_s = 0.08e-6;  // about, on one thread
   const double iteration_s = candidate_s / 2 * static_cast<double>(num_cells);
   const double affordable = std::min(optimizer.stop.time_s / iteration_s / (2 * steps), static_cast<double>(longest));
-  return std::max<std::int64_t>(longest / 8, static_cast<std::int64_t>(affordable));
+  return std::max<std::int64_t>(longest / 16, static_cast<std::int64_t>(affordable));
 }
 
 bool wants_features(const OptimizerSpec& optimizer, bool has_factors, std::int64_t num_taps, std::int64_t own_taps) {

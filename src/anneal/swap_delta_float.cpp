@@ -66,6 +66,8 @@ class FloatDelta final : public SwapDelta {
     float sums[most_estimates];
     sieve_->estimate(pairs, sums);
     for (std::size_t k = 0; k < pairs.size(); ++k) {
+      out[k] = 2 * static_cast<double>(sums[k]);
+      if (!fields_.may_be_near(pairs[k].i, pairs[k].j)) continue;
       const DeltaFields::Position at_i = fields_.position(pairs[k].i);
       const DeltaFields::Position at_j = fields_.position(pairs[k].j);
       if (const float weight = fields_.pair_weight(at_i, at_j); weight != 0) {
@@ -73,9 +75,8 @@ class FloatDelta final : public SwapDelta {
         float b[C];
         load(at_i, a);
         load(at_j, b);
-        sums[k] -= weight * pair_term(a, b);
+        out[k] = 2 * static_cast<double>(sums[k] - weight * pair_term(a, b));
       }
-      out[k] = 2 * static_cast<double>(sums[k]);
     }
   }
 

@@ -5,6 +5,8 @@
 // read from a transposed copy of the plane, where they are rows.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -43,6 +45,13 @@ struct TapBlocks {
 // Whether a slice acts through the pixel at the same place alone.
 inline bool same_pixel_only(const SliceTaps& slice) {
   return slice.taps.size() == 1 && slice.taps[0].dx == 0 && slice.taps[0].dy == 0;
+}
+
+// Of all its taps, as a magnitude; 0 without any.
+inline double largest_weight(const SliceTaps& slice) {
+  double largest = 0;
+  for (const PlaneTap& tap : slice.taps) largest = std::max(largest, std::abs(tap.weight));
+  return largest;
 }
 
 // Rows only.

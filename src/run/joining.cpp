@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "noiseloom/anneal/swap_choices.h"
 #include "noiseloom/anneal/swap_optimizer.h"
 #include "noiseloom/core/math.h"
 #include "noiseloom/dist/communicator.h"
@@ -178,9 +179,7 @@ Joining find_joining(const RunConfig& config, const SampleSource& source, const 
   return joining_of(question.given_error > 0 ? expected / question.given_error : 2);
 }
 
-bool needs_joining(const OptimizerSpec& optimizer) {
-  return optimizer.temperature_start <= 0 && optimizer.temperature_end <= 0;
-}
+bool needs_joining(const OptimizerSpec& optimizer) { return !has_given_temperature(optimizer); }
 
 std::optional<Joining> agree_on_joining(const RunConfig& config, const SampleSource& source, double given_error,
                                         double left_s, const Communicator& communicator, ThreadPool& pool) {

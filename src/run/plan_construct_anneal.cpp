@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "noiseloom/anneal/swap_choices.h"
 #include "run/joining.h"
 #include "run/plan_memory.h"
 #include "run/plan_swap.h"
@@ -25,7 +26,7 @@ PlanEffect annealing(const StopSpec& stop) {
 // smaller.
 void add_trials(const RunConfig& config, RunPlan& plan) {
   const OptimizerSpec& optimizer = config.optimizer;
-  if (optimizer.temperature_start > 0 || optimizer.temperature_end > 0) return;
+  if (has_given_temperature(optimizer)) return;
   const double slices = as_double(plan.ranks.front().slices);
   const double cells = std::max(1.0, slices) * as_double(config.problem.extents.cells_per_slice());
   const double share = as_double(extents_of_trials(config).num_cells()) / cells;

@@ -31,24 +31,25 @@ inline double kernel_by_features(const FeatureMap& map, const std::vector<double
 }
 
 // dE by the taps of `slices`, by a double loop, with `kernel(a, b)` of samples; the term of the pair itself counts like
-// any other.
+// any other. What lies around the pair is that of `around`, where it is given.
 template <class Kernel>
 double change_by(std::span<const SliceTaps> slices, const Extents& extents, const Texture& texture, SliceIndex slice,
-                 CellPair pair, const Kernel& kernel) {
-  const auto value = [&](SliceIndex s, Cell cell) {
+                 CellPair pair, const Kernel& kernel, const Texture* around = nullptr) {
+  const auto value = [](const Texture& of, SliceIndex s, Cell cell) {
     std::array<float, 8> sample{};
-    texture.field(s).get(cell, sample.data());
+    of.field(s).get(cell, sample.data());
     return sample;
   };
-  const auto a = value(slice, pair.i);
-  const auto b = value(slice, pair.j);
+  const auto a = value(texture, slice, pair.i);
+  const auto b = value(texture, slice, pair.j);
   double sum = 0;
   for (const SliceTaps& taps : slices) {
     for (const PlaneTap& tap : taps.taps) {
       for (const auto& [centre, sign] : {std::pair{Cell{pair.i}, 1.0}, {Cell{pair.j}, -1.0}}) {
         const std::int64_t x = (centre % extents.width() + tap.dx + extents.width()) % extents.width();
         const std::int64_t y = (centre / extents.width() + tap.dy + extents.height()) % extents.height();
-        const auto s = value(extents.slice_at(slice, taps.offset), x + extents.width() * y);
+        const Texture& others = around != nullptr ? *around : texture;
+        const auto s = value(others, extents.slice_at(slice, taps.offset), x + extents.width() * y);
         sum += sign * tap.weight * (kernel(b.data(), s.data()) - kernel(a.data(), s.data()));
       }
     }

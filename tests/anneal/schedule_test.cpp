@@ -38,6 +38,10 @@ TEST(Schedule, CoolsGeometricallyFromStartToEnd) {
   EXPECT_DOUBLE_EQ(temperature_at(2, 0.5, 0), 2);
   EXPECT_NEAR(temperature_at(2, 0.5, 0.5), 1, 1e-15);
   EXPECT_NEAR(temperature_at(2, 0.5, 1), 0.5, 1e-15);
+  EXPECT_EQ(cooled(0, 3), 0);
+  EXPECT_NEAR(cooled(0.5, 3), 0.125, 1e-15);
+  EXPECT_EQ(cooled(0.3, 1), 0.3);
+  EXPECT_EQ(cooled(1, 3), 1);
 }
 
 TEST(Schedule, OneIterationIsCold) { EXPECT_EQ(Schedule(stop_at_iterations(1), 1).moment(0, 0).fraction, 1); }
@@ -169,7 +173,7 @@ TEST(Schedule, AScoreOutOfReachEndsTheRunAndOneWithinReachDoesNot) {
 }
 
 TEST(Schedule, EndsColderWhereScalarsJoinIt) {
-  const TemperatureRange whole = temperature_range({});
+  const TemperatureRange whole{0.11, 8e-4};
   const TemperatureRange colder = joined_range(whole, 0.5);
   EXPECT_LT(colder.end, whole.end);
   EXPECT_EQ(colder.start, temperature_at(whole.start, whole.end, 0.5));

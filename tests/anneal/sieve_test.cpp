@@ -10,6 +10,7 @@
 
 #include "anneal/feature_fixture.h"
 #include "anneal/sieve_margin.h"
+#include "anneal/tap_plan.h"
 #include "noiseloom/anneal/slice_mover.h"
 #include "noiseloom/anneal/swap_choices.h"
 #include "support/sanitizers.h"
@@ -46,19 +47,25 @@ std::vector<SieveCase> sieve_cases() {
           {"one row of taps", Extents({19, 5, 3}), product({group({0}, gauss(0.8)), group({2}, box(2))})}};
 }
 
-// What a Sieve promises, with the kernel by features.
-double expected_estimate(const Footprint& footprint, const Texture& texture, const ValueKernel& kernel,
-                         const FeatureMap& map, SliceIndex slice, CellPair pair) {
+// What a Sieve promises, with the kernel by features. Small taps see the slice as it was `bound`.
+double expected_estimate(const Footprint& footprint, const Texture& texture, const Texture& bound,
+                         const ValueKernel& kernel, const FeatureMap& map, SliceIndex slice, CellPair pair) {
   const auto by_features = [&](const float* a, const float* b) {
     return test::kernel_by_features(map, map.features(a), map.features(b));
   };
-  const double all = test::change_by(footprint.slices(), footprint.extents(), texture, slice, pair, by_features);
+  std::vector<SliceTaps> told(footprint.slices().begin(), footprint.slices().end());
+  std::vector<SliceTaps> untold{told.front()};
+  const double least = Sieve::least_change_told * largest_weight(told.front());
+  std::erase_if(told.front().taps, [&](const PlaneTap& tap) { return std::abs(tap.weight) < least; });
+  std::erase_if(untold.front().taps, [&](const PlaneTap& tap) { return std::abs(tap.weight) >= least; });
+  const Extents& extents = footprint.extents();
+  const double all = test::change_by(told, extents, texture, slice, pair, by_features) +
+                     test::change_by(untold, extents, texture, slice, pair, by_features, &bound);
   float a[8];
   float b[8];
   texture.field(slice).get(pair.i, a);
   texture.field(slice).get(pair.j, b);
   double weight = 0;
-  const Extents& extents = footprint.extents();
   for (const PlaneTap& tap : footprint.slices()[0].taps) {
     const std::int64_t x = (pair.i % extents.width() + tap.dx + extents.width()) % extents.width();
     const std::int64_t y = (pair.i / extents.width() + tap.dy + extents.height()) % extents.height();
@@ -82,6 +89,7 @@ TEST(Sieve, EstimatesTheChangeByTheLowRankKernelOfAllSlices) {
       ASSERT_TRUE(Sieve::serves(footprint));
       const ValueKernel kernel = test::kernel_of(space, ValueKernelKind::distance, one.extents.num_axes());
       Texture texture(footprint, kernel, 5);
+      const Texture bound(footprint, kernel, 5);
       const FeatureMap map(kernel, 19, samples_of(texture, 1));
       const auto delta = make_swap_delta(footprint, kernel, Precision::float32, nullptr, std::nullopt, &map);
       const SliceIndex slice(one.extents.num_slices() - 1);
@@ -96,7 +104,7 @@ TEST(Sieve, EstimatesTheChangeByTheLowRankKernelOfAllSlices) {
         std::vector<double> estimates(pairs.size());
         delta->estimate(pairs, estimates.data());
         for (std::size_t k = 0; k < pairs.size(); ++k) {
-          const double expected = expected_estimate(footprint, texture, kernel, map, slice, pairs[k]);
+          const double expected = expected_estimate(footprint, texture, bound, kernel, map, slice, pairs[k]);
           EXPECT_NEAR(estimates[k], expected,
                       one.tolerance * footprint.weight_zero() + one.tolerance * std::abs(expected))
               << pairs[k].i << " " << pairs[k].j;
@@ -279,7 +287,7 @@ TEST(SwapChoices, VisitsAreLongerWithASieve) {
   constexpr std::int64_t cells = 128 * 128 * 32;
   EXPECT_EQ(visit_length(optimizer, cells, false, false), 8);
   EXPECT_EQ(visit_length(optimizer, cells, true, false), 16);
-  EXPECT_EQ(visit_length(optimizer, cells, true, true), 32);
+  EXPECT_EQ(visit_length(optimizer, cells, true, true), 64);
   optimizer.stop.iterations = 100;
   EXPECT_EQ(visit_length(optimizer, cells, true, true), 4);
 }
@@ -288,15 +296,42 @@ TEST(SwapChoices, VisitsAreLongerWithASieve) {
 TEST(SwapChoices, VisitsAreShorterWhereTimeIsShort) {
   OptimizerSpec optimizer;
   optimizer.stop = {0, 60, 0, 0};
-  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 31);
-  EXPECT_EQ(visit_length(optimizer, 128 * 128, false, true), 32);
+  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 59);
+  EXPECT_EQ(visit_length(optimizer, 128 * 128, false, true), 64);
   optimizer.stop.time_s = 15;
-  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 7);
+  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 14);
   optimizer.stop.time_s = 1;
   EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 4);
   EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, false), 8);
   optimizer.stop = {0, 0, 0.1, 0};
-  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 16);
+  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 32);
+}
+
+TEST(SwapChoices, CoolsByTheKindOfTheFilter) {
+  const Extents extents({16, 16, 32});
+  const auto groups = [](Combine combine, const KernelSpec& temporal) {
+    FilterSpec filter = product({group({0, 1}, gauss(1)), group({2}, temporal)});
+    filter.combine = combine;
+    return filter;
+  };
+  const Footprint sum(extents, groups(Combine::sum, ema(0.1, 0.1)));
+  const Footprint product_far(extents, groups(Combine::product, ema(0.1, 0.1)));
+  const Footprint product_near(extents, groups(Combine::product, gauss(1)));
+  const Footprint apart(extents, product({group({0, 1}, gauss(1))}));
+  OptimizerSpec optimizer;
+  EXPECT_TRUE(acts_by_same_pixels(sum));
+  for (const Footprint* other : {&product_far, &product_near, &apart}) EXPECT_FALSE(acts_by_same_pixels(*other));
+  EXPECT_LT(temperature_range(optimizer, sum).start, temperature_range(optimizer, apart).start);
+  EXPECT_GT(cooling_exponent(optimizer, sum, true), 2);
+  EXPECT_EQ(cooling_exponent(optimizer, product_far, true), 1);
+  EXPECT_EQ(cooling_exponent(optimizer, apart, true), 1);
+  EXPECT_LT(cooling_exponent(optimizer, product_near, true), 1);
+  EXPECT_EQ(cooling_exponent(optimizer, product_near, false), 1);  // without a sieve it has few features
+  optimizer.stop.time_s = 1;
+  EXPECT_EQ(cooling_exponent(optimizer, apart, true), 1.3);
+  optimizer.temperature_end = 1e-3;  // the user's own schedule
+  EXPECT_EQ(cooling_exponent(optimizer, sum, true), 1);
+  EXPECT_EQ(temperature_range(optimizer, sum).end, 1e-3);
 }
 
 TEST(SwapChoices, ManyFeaturesWhereOtherSlicesCountMuch) {

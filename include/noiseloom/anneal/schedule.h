@@ -8,7 +8,7 @@
 //   stop.improvement   the same rounds; ends when the longer half of a round has lowered R by less than the given
 //                      fraction for every hundred iterations that it took
 //
-// Temperatures fall geometrically over a round: T = start (end / start)^fraction. Rounds of slices that do not act on
+// Temperatures fall over a round: T = start (end / start)^(fraction^exponent). Rounds of slices that do not act on
 // each other spend their last part in the cold (swap_choices.h).
 #pragma once
 
@@ -74,6 +74,10 @@ class Schedule {
 // Where in the schedule of a random start a run is that joins it at `join`, when `fraction` of its own is over: from
 // `join` to 1.
 double joined_fraction(double join, double fraction);
+
+// fraction^exponent: how far the logarithm of the temperature has come when that fraction of the schedule is over.
+// 0 <= fraction <= 1, exponent > 0; bit-stable.
+double cooled(double fraction, double exponent);
 
 // start > 0, end > 0; bit-stable.
 double temperature_at(double start, double end, double fraction);

@@ -13,12 +13,24 @@
 
 namespace noiseloom {
 
+// Whether the config gives a temperature. Then it falls geometrically, and no measurement of ours has a say in it.
+bool has_given_temperature(const OptimizerSpec& optimizer);
+
 // The start and end temperature of the anneal, in units of the mean |dE| at the start.
 struct TemperatureRange {
   double start;
   double end;
 };
-TemperatureRange temperature_range(const OptimizerSpec& optimizer);
+// Sums, whose slices act on each other by the same pixel alone, begin at 0.06, others at 0.11. `footprint` is that of
+// the energy.
+TemperatureRange temperature_range(const OptimizerSpec& optimizer, const Footprint& footprint);
+// T = start (end / start)^(f^exponent), where a round is f through (cooled(), schedule.h). Above 1 the round dwells
+// where it is hot. Sums want that (2.75), and products whose slices count much for each other the contrary (0.8): see
+// "How fast it cools" in tests/bench/README.md. With stop.time f is of seconds, of which iterations take more when it
+// is hot and much is swapped, so the exponent is 1.3 times as high.
+double cooling_exponent(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_sieve);
+// Whether there are other slices that act on a slice, and each by the same pixel alone.
+bool acts_by_same_pixels(const Footprint& footprint);
 // The same from `join` on for a run that joins the schedule there, if it is one that ends colder. Scalars do, whose
 // arrangement is a good one, where slices do not act on each other: a construction of 128x128 under binomial 3,
 // annealed from 0.02 for 46,000 iterations, has R 0.1073, 0.1070 and 0.1070 with an end of 8e-4, 5e-4 and 2.5e-4

@@ -40,7 +40,9 @@ namespace noiseloom {
 //   6, anneal alone: features are fitted to peaks and to far samples alike, and lists of users span their bulk too
 //   7, anneal alone: the strata over time that it begins with are made otherwise (construct/time_strata.h)
 //   8, anneal alone: a good arrangement of scalars is annealed to a lower temperature, and from a lower one
-inline constexpr std::int64_t anneal_algorithm = 8;
+//   9, anneal alone: the temperature falls by an exponent of its own for each kind of filter; visits of what is
+//   estimated are twice as long; estimates leave out small taps of what was swapped
+inline constexpr std::int64_t anneal_algorithm = 9;
 inline constexpr std::int64_t fast_algorithm = 2;
 
 // Of a slice: the id of the sample of every cell.
