@@ -178,7 +178,9 @@ std::vector<Setting> rows() {
        .when = with_annealing},
       {.key = "optimizer.temperature",
        .type = Type::table,
-       .sentence = "The temperatures of annealing; those left out are found from the problem.",
+       .sentence =
+           "The temperatures of annealing; those left out are found from the problem. Where one is given, it falls "
+           "geometrically from start to end, and else as was measured to be best for the kind of filter.",
        .when = with_annealing,
        .check = check_temperatures},
       {.key = "optimizer.temperature.start",
