@@ -21,7 +21,7 @@ double SwapOptimizer::Impl::temperature(const Heat& heat) const {
   const auto at = [](const TemperatureRange& range, double fraction) {
     return temperature_at(range.start, range.end, fraction);
   };
-  const TemperatureRange whole = temperature_range(optimizer, energy_footprint);
+  const TemperatureRange whole = temperature_range(optimizer, energy_footprint, state.join);
   if (heat.cold) return at(cold_range(), heat.fraction);
   const bool colder = state.join > 0 && state.join < 1 &&
                       ends_colder(source.distance(), source.channels(), energy_footprint.couples_slices());
@@ -34,7 +34,7 @@ SwapOptimizer::Impl::Heat SwapOptimizer::Impl::heat() const {
   if (state.is_cold != 0) return {true, fraction};
   const double share = cooling_share(optimizer, energy_footprint.couples_slices());
   if (fraction < share) {
-    const double exponent = cooling_exponent(optimizer, energy_footprint, movers.use_sieve());
+    const double exponent = cooling_exponent(optimizer, energy_footprint, movers.use_sieve(), state.join);
     return {false, joined_fraction(state.join, cooled(fraction / share, exponent))};
   }
   return {share < 1, share < 1 ? (fraction - share) / (1 - share) : 1};

@@ -52,8 +52,8 @@ class DeltaFields {
                                                   layout_.reach_x)];
   }
 
-  // False where pair_weight() is surely 0: their rows are further apart than the reach. Nearly all pairs are, and this
-  // tells it without their positions.
+  // False where pair_weight() is surely 0, as the rows of the cells are further apart than the reach: so it is of most
+  // pairs, and this tells it without looking their positions up.
   bool may_be_near(Cell i, Cell j) const {
     const std::int64_t apart = i < j ? j - i : i - j;
     return apart <= largest_near_ || apart >= layout_.width * layout_.height - largest_near_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "anneal/tap_plan.h"
 
@@ -26,9 +27,21 @@ double centre_of(std::span<const PlaneTap> taps, double weight_zero) {
 
 }  // namespace
 
+double Sieve::least_weight_told(std::span<const PlaneTap> taps) {
+  if (taps.empty()) return 0;
+  std::vector<double> weights;
+  for (const PlaneTap& tap : taps) weights.push_back(std::abs(tap.weight));
+  std::sort(weights.begin(), weights.end());
+  double left = most_untold * std::accumulate(weights.begin(), weights.end(), 0.0);
+  for (const double weight : weights) {
+    left -= weight;
+    if (left < 0 || weight >= least_change_told * weights.back()) return weight;
+  }
+  return weights.back();
+}
+
 bool Sieve::serves(const Footprint& footprint) {
-  const auto others = footprint.slices().subspan(1);
-  return footprint.factors().has_value() || std::all_of(others.begin(), others.end(), same_pixel_only);
+  return footprint.factors().has_value() || same_pixels_only(footprint.slices().subspan(1));
 }
 
 Sieve::Sieve(const Footprint& footprint, const FeatureMap& map, WindowSize window)
@@ -51,7 +64,7 @@ Sieve::Sieve(const Footprint& footprint, const FeatureMap& map, WindowSize windo
 
 void Sieve::plan_own(const Footprint& footprint) {
   std::vector<PlaneTap> taps = footprint.slices()[0].taps;
-  const double least = least_change_told * largest_weight(footprint.slices()[0]);
+  const double least = least_weight_told(taps);
   for (const PlaneTap& tap : taps) {
     if (std::abs(tap.weight) < least) continue;
     const bool goes_on = !rows_.empty() && rows_.back().dy == tap.dy && rows_.back().dx + rows_.back().count == tap.dx;

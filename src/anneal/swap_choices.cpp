@@ -36,18 +36,18 @@ bool has_given_temperature(const OptimizerSpec& optimizer) {
 }
 
 bool acts_by_same_pixels(const Footprint& footprint) {
-  const auto others = footprint.slices().subspan(1);
-  return !others.empty() && std::all_of(others.begin(), others.end(), same_pixel_only);
+  return footprint.slices().size() > 1 && same_pixels_only(footprint.slices().subspan(1));
 }
 
-TemperatureRange temperature_range(const OptimizerSpec& optimizer, const Footprint& footprint) {
-  const double start = acts_by_same_pixels(footprint) ? 0.06 : 0.11;
+TemperatureRange temperature_range(const OptimizerSpec& optimizer, const Footprint& footprint, double join) {
+  const bool cooler = join == 0 && acts_by_same_pixels(footprint) && !has_given_temperature(optimizer);
+  const double start = cooler ? 0.06 : 0.11;
   return {optimizer.temperature_start > 0 ? optimizer.temperature_start : start,
           optimizer.temperature_end > 0 ? optimizer.temperature_end : 8e-4};
 }
 
-double cooling_exponent(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_sieve) {
-  if (has_given_temperature(optimizer)) return 1;
+double cooling_exponent(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_sieve, double join) {
+  if (join > 0 || has_given_temperature(optimizer)) return 1;
   const double by_iterations = acts_by_same_pixels(footprint)               ? 2.75
                                : wants_many_features(footprint, with_sieve) ? 0.8
                                                                             : 1;
@@ -73,7 +73,7 @@ double cold_step_fraction(double fraction) { return 2 * fraction; }
 std::int64_t cold_visit_length(const OptimizerSpec& optimizer, std::int64_t num_cells, bool with_background,
                                bool with_sieve) {
   if (!with_background) return visit_length(optimizer, num_cells, with_background, with_sieve);
-  constexpr std::int64_t longest = 32;
+  const std::int64_t longest = with_sieve ? 64 : 32;
   return optimizer.stop.iterations == 0 ? longest : std::clamp<std::int64_t>(optimizer.stop.iterations / 8, 1, longest);
 }
 
@@ -108,8 +108,9 @@ std::int64_t visit_length(const OptimizerSpec& optimizer, std::int64_t num_cells
   constexpr std::int64_t steps = 24;
   const std::int64_t longest = with_sieve ? 64 : with_background ? 16 : 8;
   if (optimizer.stop.iterations > 0) return std::clamp<std::int64_t>(optimizer.stop.iterations / steps, 1, longest);
-  // The clock is read between sweeps.
-  if (!with_sieve || optimizer.stop.time_s <= 0) return longest / 2;
+  // The first rounds are short; and the clock is read between sweeps.
+  if (!with_sieve) return longest / 2;
+  if (optimizer.stop.time_s <= 0) return longest / 4;
   constexpr double candidate_s = 0.08e-6;  // about, on one thread
   const double iteration_s = candidate_s / 2 * static_cast<double>(num_cells);
   const double affordable = std::min(optimizer.stop.time_s / iteration_s / (2 * steps), static_cast<double>(longest));

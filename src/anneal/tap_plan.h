@@ -6,7 +6,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -47,11 +46,8 @@ inline bool same_pixel_only(const SliceTaps& slice) {
   return slice.taps.size() == 1 && slice.taps[0].dx == 0 && slice.taps[0].dy == 0;
 }
 
-// Of all its taps, as a magnitude; 0 without any.
-inline double largest_weight(const SliceTaps& slice) {
-  double largest = 0;
-  for (const PlaneTap& tap : slice.taps) largest = std::max(largest, std::abs(tap.weight));
-  return largest;
+inline bool same_pixels_only(std::span<const SliceTaps> slices) {
+  return std::all_of(slices.begin(), slices.end(), same_pixel_only);
 }
 
 // Rows only.

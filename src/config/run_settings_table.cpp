@@ -160,11 +160,12 @@ std::vector<Setting> rows() {
        .when = with_swaps},
       {.key = "optimizer.background_features",
        .type = Type::integer,
-       .sentence = "Product filters over slices: features that stand for the other slices (four times as many in the "
-                   "last quarter, 64 in the last twentieth; four times from the start where other slices count much "
-                   "and candidates are sieved), so that a deep "
-                   "filter costs no more "
-                   "than a shallow one. 0: every tap, exactly, as with precision \"double\".",
+       .sentence =
+           "Product filters over slices: features that stand for the other slices (four times as many in the "
+           "coldest quarter, 64 in the coldest twentieth; four times from the start where other slices count much "
+           "and candidates are sieved), so that a deep "
+           "filter costs no more "
+           "than a shallow one. 0: every tap, exactly, as with precision \"double\".",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.background_features; },
        .range = at_least(0, 64),
        .when = with_annealing,

@@ -16,8 +16,8 @@ namespace noiseloom {
 // Swaps per candidate, averaged over a run that cools down.
 inline constexpr double typical_acceptance = 0.15;
 
-// The parts of a run that are judged with the same number of features: its first three quarters, the fifth after them,
-// the last twentieth.
+// The parts of a run that are judged with the same number of features, about: its first three quarters, the fifth after
+// them, the last twentieth.
 inline constexpr std::array<double, 3> moments_of_run = {0.0, 0.8, 1.0};
 inline constexpr std::array<double, 3> share_of_moment = {0.75, 0.2, 0.05};
 

@@ -8,9 +8,9 @@
 #include <limits>
 #include <numeric>
 
+#include "anneal/delta_fields.h"
 #include "anneal/feature_fixture.h"
 #include "anneal/sieve_margin.h"
-#include "anneal/tap_plan.h"
 #include "noiseloom/anneal/slice_mover.h"
 #include "noiseloom/anneal/swap_choices.h"
 #include "support/sanitizers.h"
@@ -55,7 +55,7 @@ double expected_estimate(const Footprint& footprint, const Texture& texture, con
   };
   std::vector<SliceTaps> told(footprint.slices().begin(), footprint.slices().end());
   std::vector<SliceTaps> untold{told.front()};
-  const double least = Sieve::least_change_told * largest_weight(told.front());
+  const double least = Sieve::least_weight_told(told.front().taps);
   std::erase_if(told.front().taps, [&](const PlaneTap& tap) { return std::abs(tap.weight) < least; });
   std::erase_if(untold.front().taps, [&](const PlaneTap& tap) { return std::abs(tap.weight) >= least; });
   const Extents& extents = footprint.extents();
@@ -112,6 +112,56 @@ TEST(Sieve, EstimatesTheChangeByTheLowRankKernelOfAllSlices) {
       }
     }
   }
+}
+
+TEST(Sieve, TellsAllButSmallTapsWhichComeToLittle) {
+  const Extents extents({61, 61});
+  GroupSpec peak = group({0, 1}, gauss_energy(1.9));
+  peak.weight = 0.95;
+  GroupSpec foot = group({0, 1}, gauss_energy(6));
+  foot.weight = 0.05;
+  for (const FilterSpec& filter :
+       {product({group({0, 1}, gauss_energy(1.9))}), product({group({0, 1}, box(5))}), weighted_sum({peak, foot})}) {
+    const Footprint footprint(extents, filter);
+    const std::vector<PlaneTap>& taps = footprint.slices()[0].taps;
+    const double least = Sieve::least_weight_told(taps);
+    double largest = 0;
+    double all = 0;
+    double untold = 0;
+    for (const PlaneTap& tap : taps) {
+      largest = std::max(largest, tap.weight);
+      all += tap.weight;
+      if (tap.weight < least) untold += tap.weight;
+    }
+    EXPECT_GT(untold, 0);
+    EXPECT_LE(untold, 0.1 * all);
+    EXPECT_LE(least, 0.12 * largest);  // the first of at least 0.08
+  }
+  // The foot alone comes to a third, so that some of its taps are told, which are all small.
+  const Footprint with_foot(extents, weighted_sum({peak, foot}));
+  EXPECT_LT(Sieve::least_weight_told(with_foot.slices()[0].taps), 0.05 * with_foot.weight_zero());
+  EXPECT_EQ(Sieve::least_weight_told({}), 0);
+}
+
+TEST(DeltaFields, PairsThatAreNotNearHaveNoWeight) {
+  for (const Extents& extents : {Extents({19, 17, 2}), Extents({23, 1, 2}), Extents({5, 7, 2})}) {
+    const Footprint footprint(extents, product({group({0}, gauss(0.8)), group({1}, box(3)), group({2}, box(2))}));
+    for (const std::int64_t height : {extents.height(), std::min<std::int64_t>(extents.height(), 9)}) {
+      const WindowSize window{extents.width(), height};
+      const DeltaFields fields(footprint, 2, window, false);
+      std::int64_t num_near = 0;
+      for (Cell i = 0; i < window.width * window.height; ++i) {
+        for (Cell j = 0; j < window.width * window.height; ++j) {
+          if (i == j || fields.pair_weight(fields.position(i), fields.position(j)) == 0) continue;
+          ++num_near;
+          EXPECT_TRUE(fields.may_be_near(i, j)) << i << " " << j;
+        }
+      }
+      EXPECT_GT(num_near, 0);
+    }
+  }
+  const Footprint footprint(Extents({19, 40}), product({group({0, 1}, box(3))}));
+  EXPECT_FALSE(DeltaFields(footprint, 2, WindowSize{19, 40}, false).may_be_near(0, 19 * 20));
 }
 
 TEST(Sieve, OfAWindowEstimatesAsOfTheWholeSlice) {
@@ -304,7 +354,7 @@ TEST(SwapChoices, VisitsAreShorterWhereTimeIsShort) {
   EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 4);
   EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, false), 8);
   optimizer.stop = {0, 0, 0.1, 0};
-  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 32);
+  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 16);
 }
 
 TEST(SwapChoices, CoolsByTheKindOfTheFilter) {
@@ -323,6 +373,8 @@ TEST(SwapChoices, CoolsByTheKindOfTheFilter) {
   for (const Footprint* other : {&product_far, &product_near, &apart}) EXPECT_FALSE(acts_by_same_pixels(*other));
   EXPECT_LT(temperature_range(optimizer, sum).start, temperature_range(optimizer, apart).start);
   EXPECT_GT(cooling_exponent(optimizer, sum, true), 2);
+  EXPECT_EQ(cooling_exponent(optimizer, sum, true, 0.3), 1);  // a run that joins the schedule
+  EXPECT_EQ(temperature_range(optimizer, sum, 0.3).start, temperature_range(optimizer, apart).start);
   EXPECT_EQ(cooling_exponent(optimizer, product_far, true), 1);
   EXPECT_EQ(cooling_exponent(optimizer, apart, true), 1);
   EXPECT_LT(cooling_exponent(optimizer, product_near, true), 1);
@@ -330,6 +382,7 @@ TEST(SwapChoices, CoolsByTheKindOfTheFilter) {
   optimizer.stop.time_s = 1;
   EXPECT_EQ(cooling_exponent(optimizer, apart, true), 1.3);
   optimizer.temperature_end = 1e-3;  // the user's own schedule
+  EXPECT_EQ(temperature_range(optimizer, sum).start, temperature_range({}, apart).start);
   EXPECT_EQ(cooling_exponent(optimizer, sum, true), 1);
   EXPECT_EQ(temperature_range(optimizer, sum).end, 1e-3);
 }

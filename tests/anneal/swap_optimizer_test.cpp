@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <vector>
 
 #include "anneal/swap_cases.h"
 #include "support/mpi_session.h"
@@ -116,6 +118,40 @@ TEST(SwapOptimizer, KnowsWhatItsLastScoreTakesWhereTheClockEndsIt) {
   EXPECT_TRUE(resumed.scores_within(1000));
   EXPECT_TRUE(resumed.last_score_is_current());
   EXPECT_EQ(resumed.last_score(), begun.relative_error());
+}
+
+// By its iterations, or by the seconds that it is told: T = start (end / start)^(f^2.75), and f^3.575 of seconds.
+TEST(SwapOptimizer, ASumStaysHotForLong) {
+  const Communicator alone = Communicator::self();
+  ThreadPool pool(1);
+  SwapCase job;
+  job.problem.extents = Extents({8, 7, 4});
+  job.problem.filter = {Combine::sum, {group({0, 1}, gauss(0.8)), group({2}, ema(0.1, 0.1))}};
+  const SampleSource source = source_of(job.problem);
+  const auto temperatures = [&](const StopSpec& stop, double seconds_of_sweep) {
+    job.optimizer.stop = stop;
+    SwapOptimizer engine(job.problem, job.optimizer, source, alone, pool);
+    engine.start();
+    std::vector<double> of_sweeps;
+    while (!engine.finished() && of_sweeps.size() < 20) {
+      const std::int64_t sweep = engine.sweep();
+      const double seconds = seconds_of_sweep * static_cast<double>(sweep);
+      while (!engine.finished() && engine.sweep() == sweep) engine.step(seconds);
+      of_sweeps.push_back(engine.temperature());
+    }
+    return of_sweeps;
+  };
+  const double whole = std::log(8e-4 / 0.06);
+  const std::vector<double> by_iterations = temperatures({.iterations = 24 * 24}, 0);
+  ASSERT_GE(by_iterations.size(), 10U);
+  const double of_last = static_cast<double>(24 * 24 / 8 - 1);  // visits of 8 iterations
+  const std::vector<double> by_time = temperatures({.iterations = 0, .time_s = 100}, 5);
+  ASSERT_GE(by_time.size(), 10U);
+  for (std::size_t k = 1; k < 10; ++k) {
+    const auto sweep = static_cast<double>(k);
+    EXPECT_NEAR(std::log(by_iterations[k] / by_iterations[0]), whole * std::pow(sweep / of_last, 2.75), 1e-9) << k;
+    EXPECT_NEAR(std::log(by_time[k] / by_time[0]), whole * std::pow(sweep / 20, 3.575), 1e-9) << k;
+  }
 }
 
 // R is evaluated again whenever somebody looks, seconds apart; what is shown is R of a moment, and says of which. The

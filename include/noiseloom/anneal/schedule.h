@@ -3,7 +3,8 @@
 //
 //   stop.iterations    one round of that many iterations
 //   stop.time          one round that ends when the seconds are used up; the temperature follows the seconds
-//   stop.score         rounds of 100, 200, 400, ... iterations, each cooled from the start; ends at the first R that is
+//   stop.score         rounds of 100, 200, 400, ... iterations (in whole sweeps), each cooled from the start; ends at
+//   the first R that is
 //                      low enough, or where no further round would reach it (see ended_by)
 //   stop.improvement   the same rounds; ends when the longer half of a round has lowered R by less than the given
 //                      fraction for every hundred iterations that it took
@@ -71,8 +72,8 @@ class Schedule {
   std::int64_t first_round_;  // in sweeps
 };
 
-// Where in the schedule of a random start a run is that joins it at `join`, when `fraction` of its own is over: from
-// `join` to 1.
+// How far the logarithm of the temperature has come of a run that joins the schedule at `join`, when `fraction` of its
+// own is over: from `join` to 1, evenly.
 double joined_fraction(double join, double fraction);
 
 // fraction^exponent: how far the logarithm of the temperature has come when that fraction of the schedule is over.

@@ -21,17 +21,18 @@ struct TemperatureRange {
   double start;
   double end;
 };
-// Sums, whose slices act on each other by the same pixel alone, begin at 0.06, others at 0.11. `footprint` is that of
-// the energy.
-TemperatureRange temperature_range(const OptimizerSpec& optimizer, const Footprint& footprint);
+// Filters whose slices act on each other by the same pixel alone, as sums do, begin at 0.06, others at 0.11; where the
+// config gives one of the two, the other is 0.11 or 8e-4. A run that joins the schedule (`join` > 0) does so in the
+// range from 0.11 and with an exponent of 1, as where to join it was measured so. `footprint` is that of the energy.
+TemperatureRange temperature_range(const OptimizerSpec& optimizer, const Footprint& footprint, double join = 0);
 // T = start (end / start)^(f^exponent), where a round is f through (cooled(), schedule.h). Above 1 the round dwells
 // where it is hot. Sums want that (2.75), and products whose slices count much for each other the contrary (0.8): see
 // "How fast it cools" in tests/bench/README.md. With stop.time f is of seconds, of which iterations take more when it
 // is hot and much is swapped, so the exponent is 1.3 times as high.
-double cooling_exponent(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_sieve);
+double cooling_exponent(const OptimizerSpec& optimizer, const Footprint& footprint, bool with_sieve, double join = 0);
 // Whether there are other slices that act on a slice, and each by the same pixel alone.
 bool acts_by_same_pixels(const Footprint& footprint);
-// The same from `join` on for a run that joins the schedule there, if it is one that ends colder. Scalars do, whose
+// That range from `join` on for a run that joins the schedule there, if it is one that ends colder. Scalars do, whose
 // arrangement is a good one, where slices do not act on each other: a construction of 128x128 under binomial 3,
 // annealed from 0.02 for 46,000 iterations, has R 0.1073, 0.1070 and 0.1070 with an end of 8e-4, 5e-4 and 2.5e-4
 // (0.1089 before). Circles of 8,000 iterations: box 5 0.4 % lower, gauss 0.7 6 % higher, so theirs stays.
@@ -55,7 +56,8 @@ double cold_step_fraction(double fraction);
 std::int64_t cold_visit_length(const OptimizerSpec& optimizer, std::int64_t num_cells, bool with_background,
                                bool with_sieve);
 
-// Step size and temperature belong together: where a round is `fraction` through. Partners draw nearer as it cools.
+// Step size and temperature belong together: where the logarithm of the temperature has fallen by `fraction`. Partners
+// draw nearer as it cools.
 StepRange step_range(DistanceKind kind, int channels, double fraction);
 // Partners for as many samples as a tile has.
 PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile, double fraction, int num_strata = 1);
@@ -72,9 +74,10 @@ bool wants_features(const OptimizerSpec& optimizer, bool has_factors, std::int64
 // would cost more).
 std::optional<FeatureMap> features_between_slices(const OptimizerSpec& optimizer, const Footprint& footprint,
                                                   const ValueKernel& kernel, const SampleSource& source, int count);
-// How many features stand for the other slices where a round is `fraction` through: as many as the config says, four
-// times as many in the last quarter, which is cold enough for what the first ones miss to count, and all that there can
-// be in the last twentieth and in the cold. `many`: four times as many from the start, and all in the last quarter.
+// How many features stand for the other slices where the logarithm of the temperature has fallen by `fraction`: as many
+// as the config says, four times as many in the last quarter of the fall, which is cold enough for what the first ones
+// miss to count, and all that there can be in the last twentieth and in the cold. `many`: four times as many from the
+// start, and all in the last quarter.
 int num_features(const OptimizerSpec& optimizer, double fraction, bool many);
 // Whether other slices count so much, and a sieve makes features so cheap, that many of them pay.
 bool wants_many_features(const Footprint& footprint, bool with_sieve);

@@ -108,7 +108,7 @@ struct RunPlan {
   std::vector<PlanEffect> effects;  // parts of the program
   PlanFilter filter;
   std::vector<std::string> axis_names;
-  std::vector<PlanFeatures> features;  // at the start, in the last quarter, in the last twentieth
+  std::vector<PlanFeatures> features;  // at the start, in the coldest quarter, in the coldest twentieth
   std::int64_t tile_width = 0;         // as wide and high as the slice: not divided
   std::int64_t tile_height = 0;
   std::int64_t num_tiles = 1;
