@@ -4,8 +4,7 @@
 //   stop.iterations    one round of that many iterations
 //   stop.time          one round that ends when the seconds are used up; the temperature follows the seconds
 //   stop.score         rounds of 100, 200, 400, ... iterations (in whole sweeps), each cooled from the start; ends at
-//   the first R that is
-//                      low enough, or where no further round would reach it (see ended_by)
+//                      the first R that is low enough, or where no further round would reach it (see ended_by)
 //   stop.improvement   the same rounds; ends when the longer half of a round has lowered R by less than the given
 //                      fraction for every hundred iterations that it took
 //
