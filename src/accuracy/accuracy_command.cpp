@@ -62,10 +62,10 @@ std::vector<std::string> PointCommands::overrides(const AccuracyPoint& point) co
     if (point.method == Method::construct)
       return {fmt::format("optimizer={{ method = \"construct\", stop = {{ iterations = {} }} }}", count)};
     if (!has_iterations(optimizer.method) || !faults_with({method}).empty())
-      return {
-          fmt::format("optimizer={{ method = \"{}\", stop = {{ iterations = {} }}, precision = \"{}\", cutoff = {} }}",
-                      method_name(point.method), count, optimizer.precision == Precision::float64 ? "double" : "float",
-                      shortest_number(optimizer.cutoff))};
+      return {fmt::format("optimizer={{ method = \"{}\", stop = {{ iterations = {} }}, precision = \"{}\"{} }}",
+                          method_name(point.method), count,
+                          optimizer.precision == Precision::float64 ? "double" : "float",
+                          optimizer.cutoff < 0 ? "" : ", cutoff = " + shortest_number(optimizer.cutoff))};
   }
   if (point.iterations == 0) {  // construction alone, of a config that anneals what it constructs
     const std::string sharpness =

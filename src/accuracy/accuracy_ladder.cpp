@@ -269,7 +269,7 @@ LadderTraits ladder_traits(const RunConfig& config, const SampleSource& source) 
   traits.constructs = scale_of(config.problem.samples, source.channels()).has_value();
   OptimizerSpec optimizer = config.optimizer;
   if (optimizer.background_features == 0) optimizer.background_features = OptimizerSpec{}.background_features;
-  const Footprint footprint(config.problem.extents, config.problem.filter, optimizer.cutoff);
+  const Footprint footprint(config.problem.extents, config.problem.filter, energy_cutoff(optimizer));
   const ValueKernel kernel = make_value_kernel(config.problem, source.channels(), source.distance());
   if (!features_between_slices(optimizer, footprint, kernel, source, optimizer.background_features)) return traits;
   const auto own_taps = std::max<std::size_t>(footprint.slices().front().taps.size(), 1);
@@ -291,7 +291,7 @@ AccuracyLadder accuracy_ladder(const RunConfig& config, const LadderTraits& trai
   }
   if (!has_iterations(ladder.method)) return ladder;
   for (const double cutoff : {0.0, 0.001, 0.01, 0.05})
-    if (cutoff != optimizer.cutoff) ladder.knobs.push_back({"cutoff", shortest_number(cutoff), 1});
+    if (cutoff != energy_cutoff(optimizer)) ladder.knobs.push_back({"cutoff", shortest_number(cutoff), 1});
   const double exact = optimizer.background_features == 0 ? 1 : traits.exact_cost;
   if (traits.background && optimizer.precision == Precision::float32)
     for (const int count : {0, 4, 8, 16, 32})

@@ -8,6 +8,8 @@
 #include <map>
 #include <set>
 
+#include "noiseloom/anneal/swap_choices.h"
+#include "noiseloom/image/encoding.h"
 #include "noiseloom/image/naming.h"
 #include "noiseloom/report/plot.h"
 #include "noiseloom/report/report.h"
@@ -241,7 +243,7 @@ class Page {
 
   std::string own_value(const std::string& setting) const {
     const OptimizerSpec& optimizer = study_.config.optimizer;
-    if (setting == "cutoff") return fmt::format("{}", optimizer.cutoff);
+    if (setting == "cutoff") return shortest_number(energy_cutoff(optimizer));
     if (setting == "background_features") return std::to_string(optimizer.background_features);
     return optimizer.precision == Precision::float64 ? "double" : "float";
   }

@@ -59,6 +59,13 @@ class DeltaFields {
     return apart <= largest_near_ || apart >= layout_.width * layout_.height - largest_near_;
   }
 
+  void prefetch_stack(Cell cell) const {
+    if (stack_size_ == 0) return;
+    for (int c = 0; c < layout_.channels; ++c) {
+      prefetch_floats(stack_samples_.data() + (c * layout_.width * layout_.height + cell) * stack_size_, stack_size_);
+    }
+  }
+
   const FieldLayout& layout() const { return layout_; }
   void bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others);
   void swap(Cell i, Cell j);

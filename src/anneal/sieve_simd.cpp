@@ -12,22 +12,33 @@
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::HWY_NAMESPACE {
 
+HWY_INLINE V estimate_lanes(const float* f, const float* b, std::int64_t num_lanes, CellPair pair) {
+  const std::int64_t i = std::int64_t{pair.i} * num_lanes;
+  const std::int64_t j = std::int64_t{pair.j} * num_lanes;
+  V sums[num_parts];
+  for (V& sum : sums) sum = hn::Zero(Floats());
+  for (std::int64_t n = 0; n < num_lanes; n += std::int64_t{block_lanes}) {
+    for (std::size_t p = 0; p < num_parts; ++p) {
+      const V features = hn::Sub(load_full(f + j + n, p), load_full(f + i + n, p));
+      const V pulls = hn::Sub(load_full(b + i + n, p), load_full(b + j + n, p));
+      sums[p] = hn::Add(sums[p], hn::Mul(features, pulls));
+    }
+  }
+  return fold_parts(sums);
+}
+
 void estimate_swaps(const float* f, const float* b, std::int64_t num_lanes, std::span<const CellPair> pairs,
                     float* out) {
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    const std::int64_t i = std::int64_t{pairs[k].i} * num_lanes;
-    const std::int64_t j = std::int64_t{pairs[k].j} * num_lanes;
-    V sums[num_parts];
-    for (V& sum : sums) sum = hn::Zero(Floats());
-    for (std::int64_t n = 0; n < num_lanes; n += std::int64_t{block_lanes}) {
-      for (std::size_t p = 0; p < num_parts; ++p) {
-        const V features = hn::Sub(load_full(f + j + n, p), load_full(f + i + n, p));
-        const V pulls = hn::Sub(load_full(b + i + n, p), load_full(b + j + n, p));
-        sums[p] = hn::Add(sums[p], hn::Mul(features, pulls));
-      }
+  std::size_t k = 0;
+  for (; k + vector_lanes <= pairs.size(); k += vector_lanes) {
+    V sums[vector_lanes];
+    for (std::size_t lane = 0; lane < vector_lanes; ++lane) {
+      sums[lane] = estimate_lanes(f, b, num_lanes, pairs[k + lane]);
     }
-    out[k] = fold(sums);
+    fold_each(sums);
+    hn::StoreU(sums[0], Floats(), out + k);
   }
+  for (; k < pairs.size(); ++k) out[k] = fold(Floats(), estimate_lanes(f, b, num_lanes, pairs[k]));
 }
 
 // out[n..] = a vector of the product of a symmetric matrix and the numbers value(m), m < num_lanes.

@@ -52,13 +52,45 @@ HWY_INLINE float fold([[maybe_unused]] D d, hn::Vec<D> v) {
 #endif
   return hn::GetLane(v);
 }
-HWY_INLINE float fold(const V (&sums)[num_parts]) {
+HWY_INLINE V fold_parts(const V (&sums)[num_parts]) {
   V parts[num_parts];
   for (std::size_t p = 0; p < num_parts; ++p) parts[p] = sums[p];
   for (std::size_t count = num_parts / 2; count > 0; count /= 2) {
     for (std::size_t p = 0; p < count; ++p) parts[p] = hn::Add(parts[p], parts[p + count]);
   }
-  return fold(Floats(), parts[0]);
+  return parts[0];
+}
+HWY_INLINE float fold(const V (&sums)[num_parts]) { return fold(Floats(), fold_parts(sums)); }
+
+#if HWY_TARGET != HWY_SCALAR
+// Lane k: of `a` where bit `width` of k is clear, else of `b`, the sum of lanes k and k ^ width.
+template <std::size_t width>
+HWY_INLINE V add_halves(V a, V b) {
+  const Floats d;
+  if constexpr (width == 8) {
+    return hn::Add(hn::ConcatUpperLower(d, b, a), hn::ConcatLowerUpper(d, b, a));
+  } else if constexpr (width == 4) {
+    return hn::Add(hn::OddEvenBlocks(b, a), hn::SwapAdjacentBlocks(hn::OddEvenBlocks(a, b)));
+  } else if constexpr (width == 2) {
+    const hn::Repartition<double, Floats> pairs;
+    const auto a2 = hn::BitCast(pairs, a);
+    const auto b2 = hn::BitCast(pairs, b);
+    return hn::Add(hn::BitCast(d, hn::OddEven(b2, a2)), hn::BitCast(d, hn::Shuffle01(hn::OddEven(a2, b2))));
+  } else {
+    return hn::Add(hn::OddEven(b, a), hn::Shuffle2301(hn::OddEven(a, b)));
+  }
+}
+#endif
+
+// Lane k of sums[0] becomes fold(sums[k]): the additions of fold(), those of all vectors at once.
+template <std::size_t width = vector_lanes / 2>
+HWY_INLINE void fold_each([[maybe_unused]] V (&sums)[vector_lanes]) {
+#if HWY_TARGET != HWY_SCALAR
+  if constexpr (width > 0) {
+    for (std::size_t k = 0; k < width; ++k) sums[k] = add_halves<width>(sums[k], sums[k + width]);
+    fold_each<width / 2>(sums);
+  }
+#endif
 }
 
 }  // namespace noiseloom::HWY_NAMESPACE

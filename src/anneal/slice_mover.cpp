@@ -27,6 +27,7 @@ struct AnnealMover::Batch {
   std::array<CellPair, proposal_batch> pairs;
   Proposals proposals;
   std::size_t size;
+  std::span<const CellPair> drawn() const { return std::span(pairs).first(size); }
 };
 
 static_assert(proposal_batch <= SwapDelta::most_estimates);
@@ -93,15 +94,14 @@ void AnnealMover::draw(const Visit& visit, std::uint64_t first, std::uint64_t en
       partners.log2_ratio()};
   batch.proposals = draw_proposals(source, first);
   batch.size = std::min<std::uint64_t>(proposal_batch, end - first);
-  const bool sieves = delta_->has_estimates();
   for (std::size_t k = 0; k < batch.size; ++k) {
     const std::uint32_t i = batch.proposals.cell[k];
     batch.pairs[k] = {i, cell_of_[partners.partner(id_at_[i], batch.proposals.step[k])]};
-    if (sieves) {
-      delta_->prefetch_estimate(batch.pairs[k]);
-    } else {
-      delta_->prefetch(batch.pairs[k]);
-    }
+  }
+  if (delta_->has_estimates()) {
+    delta_->prefetch_estimates(batch.drawn());
+  } else {
+    delta_->prefetch(batch.drawn());
   }
 }
 
@@ -178,7 +178,7 @@ void AnnealMover::move_sieved(const Range& range, VisitResult& result) {
     if (first + proposal_batch < range.end) {
       draw(range.visit, first + proposal_batch, range.end, range.partners, next);
     }
-    delta_->estimate(std::span(batch.pairs).first(batch.size), estimates.data());
+    delta_->estimate(batch.drawn(), estimates.data());
     if (learns && first >= learnt_end) {
       margin.conclude();
       learns = false;
@@ -187,12 +187,18 @@ void AnnealMover::move_sieved(const Range& range, VisitResult& result) {
       const CellPair pair = batch.pairs[k];
       if (pair.i != pair.j) margin.learn(batch.proposals.step[k], estimates[k], delta_->delta(pair));
     }
+    std::array<std::size_t, proposal_batch> judged;
+    std::array<CellPair, proposal_batch> judged_pairs;
+    std::size_t num_judged = 0;
     for (std::size_t k = 0; k < batch.size; ++k) {
       if (batch.pairs[k].i == batch.pairs[k].j) continue;
       ++result.candidates;
-      const bool sieved = !learns && !margin.lets_through(batch.proposals.step[k], estimates[k], range.limit(batch, k));
-      if (!sieved) judge(range, batch, k, result);
+      if (!learns && !margin.lets_through(batch.proposals.step[k], estimates[k], range.limit(batch, k))) continue;
+      judged[num_judged] = k;
+      judged_pairs[num_judged++] = batch.pairs[k];
     }
+    delta_->prefetch(std::span(judged_pairs).first(num_judged));
+    for (const std::size_t k : std::span(judged).first(num_judged)) judge(range, batch, k, result);
   }
 }
 
@@ -227,7 +233,7 @@ double AnnealMover::mean_magnitude(const Visit& visit, std::int64_t count, const
   const auto end = static_cast<std::uint64_t>(count);
   for (std::uint64_t first = 0; first < end; first += proposal_batch) {
     draw(visit, first, end, partners, batch);
-    for (const CellPair pair : std::span(batch.pairs).first(batch.size)) {
+    for (const CellPair pair : batch.drawn()) {
       if (pair.i == pair.j) continue;
       sum += std::abs(delta_->delta(pair));
       ++judged;

@@ -87,6 +87,11 @@ PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile, doubl
   return {tile.width * tile.height, step_range(kind, channels, fraction), kind == DistanceKind::circle, num_strata};
 }
 
+double energy_cutoff(const OptimizerSpec& optimizer) {
+  if (optimizer.cutoff >= 0) return optimizer.cutoff;
+  return optimizer.method == Method::fast ? 0 : 1e-3;
+}
+
 std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint& footprint) {
   if (method == Method::anneal) return colour_classes(footprint);
   const IndexRange<SliceIndex> all = footprint.extents().slices();

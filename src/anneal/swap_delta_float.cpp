@@ -9,7 +9,6 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "anneal/swap_delta_float.cpp"
-#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -42,22 +41,22 @@ class FloatDelta final : public SwapDelta {
   }
 
   // What lies in the nearer caches without that, planes of samples, is not worth the instructions.
-  void prefetch(CellPair pair) const override {
-    if (!background_) return;
-    const std::int64_t floats = 2 * background_->num_lanes();
-    for (const std::uint32_t cell : {pair.i, pair.j}) {
-      const float* at = background_->at(cell);
-      for (std::int64_t k = 0; k < floats; k += std::int64_t{block_lanes}) hwy::Prefetch(at + k);
+  void prefetch(std::span<const CellPair> pairs) const override {
+    for (const CellPair pair : pairs) {
+      for (const std::uint32_t cell : {pair.i, pair.j}) {
+        fields_.prefetch_stack(cell);
+        if (background_) prefetch_floats(background_->at(cell), 2 * background_->num_lanes());
+      }
     }
   }
 
   bool has_estimates() const override { return sieve_.has_value(); }
 
-  void prefetch_estimate(CellPair pair) const override {
-    for (const std::uint32_t cell : {pair.i, pair.j}) {
-      for (std::int64_t k = 0; k < sieve_->num_lanes(); k += std::int64_t{block_lanes}) {
-        hwy::Prefetch(sieve_->features(cell) + k);
-        hwy::Prefetch(sieve_->pulls(cell) + k);
+  void prefetch_estimates(std::span<const CellPair> pairs) const override {
+    for (const CellPair pair : pairs) {
+      for (const std::uint32_t cell : {pair.i, pair.j}) {
+        prefetch_floats(sieve_->features(cell), sieve_->num_lanes());
+        prefetch_floats(sieve_->pulls(cell), sieve_->num_lanes());
       }
     }
   }

@@ -20,7 +20,7 @@ SwapOptimizer::Impl::Impl(const ProblemSpec& p, const OptimizerSpec& o, const Sa
       communicator(c),
       pool(t),
       score_footprint(p.extents, p.filter),
-      energy_footprint(p.extents, p.filter, o.cutoff),
+      energy_footprint(p.extents, p.filter, energy_cutoff(o)),
       kernel(make_value_kernel(p, s.channels(), s.distance())),
       layout(energy_footprint, s.channels()),
       classes(classes_for(o.method, energy_footprint)),

@@ -5,6 +5,8 @@
 // read from a transposed copy of the plane, where they are rows.
 #pragma once
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <span>
@@ -24,6 +26,11 @@ struct alignas(64) BlockWeights {
 inline float* values_of(std::vector<BlockWeights>& blocks) { return reinterpret_cast<float*>(blocks.data()); }
 inline const float* values_of(const std::vector<BlockWeights>& blocks) {
   return reinterpret_cast<const float*>(blocks.data());
+}
+
+// `count`: a multiple of block_lanes.
+inline void prefetch_floats(const float* at, std::int64_t count) {
+  for (std::int64_t k = 0; k < count; k += std::int64_t{block_lanes}) hwy::Prefetch(at + k);
 }
 
 // Offsets are relative to the centre's position in the plane. Lanes without a tap have weight zero, and may lie up to

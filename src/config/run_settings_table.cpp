@@ -154,10 +154,14 @@ std::vector<Setting> rows() {
        .when = with_swaps},
       {.key = "optimizer.cutoff",
        .type = Type::number,
-       .sentence = "Taps of the overlap below this fraction of the largest are left out of the energy, never out of R.",
+       .sentence =
+           "Taps of the overlap below this fraction of the largest (of a sum: of the largest of their group) are "
+           "left out of the energy, never out of R. Not given, it is what was measured to be best: 0.001, and 0 "
+           "with method \"fast\".",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.cutoff; },
        .range = at_least(0, 0.5),
-       .when = with_swaps},
+       .when = with_swaps,
+       .negative_is_unset = true},
       {.key = "optimizer.background_features",
        .type = Type::integer,
        .sentence =

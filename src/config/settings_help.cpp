@@ -46,7 +46,7 @@ struct Defaults {
 
 // The default as a file would write it; empty if there is none.
 std::string default_text(const FileKind& kind, const Setting& setting) {
-  if (setting.required || setting.zero_is_unset) return {};
+  if (setting.required || setting.zero_is_unset || setting.negative_is_unset) return {};
   if (setting.type == Type::table || setting.type == Type::tables) return {};
   const Defaults defaults(kind, setting);
   const std::string text = Writer(kind, {}).value_text(setting, defaults.owners);

@@ -130,7 +130,11 @@ std::string Writer::scalar_text(const Setting& setting, const Field& field) cons
         } else if constexpr (std::is_same_v<T, Choice> || std::is_same_v<T, Elements>) {
           return "";
         } else {
-          return setting.zero_is_unset && *target == T{} ? "" : element_text(*target);
+          if (setting.zero_is_unset && *target == T{}) return "";
+          if constexpr (std::is_same_v<T, double>) {
+            if (setting.negative_is_unset && *target < 0) return "";
+          }
+          return element_text(*target);
         }
       },
       field);

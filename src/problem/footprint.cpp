@@ -26,23 +26,33 @@ std::vector<Overlap> product_overlaps(const Extents& extents, const FilterSpec& 
   return overlaps;
 }
 
-std::vector<OverlapTap> sum_taps(const Extents& extents, const FilterSpec& filter) {
+bool is_zero(const Offset& offset) {
+  return std::all_of(offset.begin(), offset.end(), [](std::int32_t d) { return d == 0; });
+}
+
+// Drops taps below cutoff * F(0).
+void cut(std::vector<OverlapTap>& taps, double cutoff) {
+  const auto zero = std::find_if(taps.begin(), taps.end(), [](const OverlapTap& tap) { return is_zero(tap.offset); });
+  if (zero == taps.end()) return;
+  const double least = cutoff * zero->weight;
+  std::erase_if(taps, [&](const OverlapTap& tap) { return !is_zero(tap.offset) && std::abs(tap.weight) < least; });
+}
+
+std::vector<OverlapTap> sum_taps(const Extents& extents, const FilterSpec& filter, double cutoff) {
   const bool all_equal =
       std::all_of(filter.groups.begin(), filter.groups.end(), [](const GroupSpec& group) { return group.weight == 0; });
   std::vector<OverlapTap> taps;
   for (const GroupSpec& group : filter.groups) {
     const double weight = all_equal ? 1.0 / static_cast<double>(filter.groups.size()) : group.weight;
     NOISELOOM_CHECK(weight >= 0);
-    for (OverlapTap tap : product(group_overlaps(extents, group)).taps) {
+    std::vector<OverlapTap> own = product(group_overlaps(extents, group)).taps;
+    if (cutoff > 0) cut(own, cutoff);
+    for (OverlapTap tap : own) {
       tap.weight *= weight;
       taps.push_back(tap);
     }
   }
   return taps;
-}
-
-bool is_zero(const Offset& offset) {
-  return std::all_of(offset.begin(), offset.end(), [](std::int32_t d) { return d == 0; });
 }
 
 Extents::SliceCoord slice_part(const Offset& offset) {
@@ -88,7 +98,7 @@ Footprint::Footprint(const Extents& extents, const FilterSpec& filter, double cu
     taps = ordered(product(overlaps).taps);
     factors_ = product_factors(overlaps);
   } else {
-    taps = ordered(sum_taps(extents, filter));
+    taps = ordered(sum_taps(extents, filter, cutoff));
   }
   if (!factors_ && !noiseloom::couples_slices(taps)) {
     factors_ = Factors{plane_taps(taps), {{Extents::SliceCoord{}, 1.0}}};
@@ -99,11 +109,12 @@ Footprint::Footprint(const Extents& extents, const FilterSpec& filter, double cu
     throw UserError("filter", "the taps of its tables are so small or so large that F(0) is zero or infinite");
   }
   weight_zero_ = zero->weight;
+  const double least = filter.combine == Combine::product ? cutoff * weight_zero_ : 0;
   slices_.push_back({Extents::SliceCoord{}, {}});
   CompensatedSum sum;
   sum.add(weight_zero_);
   for (const OverlapTap& tap : taps) {
-    if (is_zero(tap.offset) || std::abs(tap.weight) < cutoff * weight_zero_) continue;
+    if (is_zero(tap.offset) || std::abs(tap.weight) < least) continue;
     const Extents::SliceCoord slice = slice_part(tap.offset);
     if (slices_.back().offset != slice) slices_.push_back({slice, {}});
     slices_.back().taps.push_back({tap.offset[0], tap.offset[1], tap.weight});

@@ -161,7 +161,7 @@ std::string vector_config(const VectorLine& line, const std::string& stem) {
   return fmt::format(
       "[texture]\nsize    = {{ x = {}, y = {}, t = {} }}\nsamples = {}\nseed    = {}\n\n[filter]\ncombine = \"sum\"\n"
       "groups  = [{}\n]\n\n[energy]\n"
-      "value_kernel = \"stbn\"\nsigma_s      = {}\n\n[optimizer]\nstop    = {{ iterations = {} }}\ncutoff  = 1e-3\n",
+      "value_kernel = \"stbn\"\nsigma_s      = {}\n\n[optimizer]\nstop    = {{ iterations = {} }}\n",
       line.size[0], line.size[1], line.size[2], samples_of(line, stem), published_seed, groups,
       number_text(value_sigma_of(line)), iterations_of(line));
 }

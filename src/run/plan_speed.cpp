@@ -115,7 +115,7 @@ double seconds_of_estimates(const SwapDelta& delta, const std::vector<CellPair>&
   return quicker_of_two([&] {
     for (std::size_t k = 0; k + 16 <= pairs.size(); k += 16) {
       const auto sixteen = std::span(pairs).subspan(k, 16);
-      for (const CellPair pair : sixteen) delta.prefetch_estimate(pair);
+      delta.prefetch_estimates(sixteen);
       delta.estimate(sixteen, estimates);
     }
   });
@@ -131,8 +131,9 @@ MoverSpeed speed_of(SwapDelta& delta, const SliceField& field, WindowSize window
   // In sixteens, as candidates are drawn; a slow kernel is stopped after a few.
   while (judged + 16 <= pairs.size() && (judging_s < 0.02 || judged < 64)) {
     judging_s += seconds_of([&] {
-      for (std::size_t k = judged; k < judged + 16; ++k) delta.prefetch(pairs[k]);
-      for (std::size_t k = judged; k < judged + 16; ++k) sum += delta.delta(pairs[k]);
+      const auto sixteen = std::span(pairs).subspan(judged, 16);
+      delta.prefetch(sixteen);
+      for (const CellPair pair : sixteen) sum += delta.delta(pair);
     });
     judged += 16;
   }
@@ -156,7 +157,7 @@ double ratio(std::int64_t a, std::int64_t b) {
 void measure_moves(const RunConfig& config, const FilterOutline& judged, const Small& small, const SampleSource& source,
                    PlanSpeed& speed) {
   const ProblemSpec& problem = small.problem;
-  const Footprint footprint(problem.extents, problem.filter, config.optimizer.cutoff);
+  const Footprint footprint(problem.extents, problem.filter, energy_cutoff(config.optimizer));
   SliceField field(FieldLayout(footprint, source.channels()));
   field.fill(start_permutation(problem.seed, SliceIndex(0), problem.extents.cells_per_slice()),
              source.list(SliceIndex(0)));

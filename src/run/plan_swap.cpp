@@ -104,6 +104,7 @@ class SwapPlan {
   const Extents& extents_;
   Samples samples_;
   FilterOutline scored_;  // of R and of what ranks tell each other
+  double cutoff_;
   FilterOutline judged_;  // of the energy, cut off
   std::vector<std::vector<SliceIndex>> classes_;
   TileGrid tiles_;
@@ -120,7 +121,8 @@ SwapPlan::SwapPlan(const RunConfig& config, const PlanRequest& request, Start st
       extents_(config.problem.extents),
       samples_(samples_of(config.problem)),
       scored_(outline_of(extents_, config.problem.filter, 0)),
-      judged_(optimizer_.cutoff > 0 ? outline_of(extents_, config.problem.filter, optimizer_.cutoff) : scored_),
+      cutoff_(energy_cutoff(optimizer_)),
+      judged_(cutoff_ > 0 ? outline_of(extents_, config.problem.filter, cutoff_) : scored_),
       classes_(classes_for(optimizer_.method, judged_.slices)),
       tiles_(tiles_for(optimizer_, judged_.plane, classes_)),
       partition_(extents_.num_slices(), request.ranks),
@@ -176,9 +178,10 @@ void SwapPlan::describe() {
                              : "a slice moves as a whole");
   effect("colour classes", plan_.num_classes > 1,
          plan_.num_classes > 1 ? fmt::format("{}, one after another", plan_.num_classes) : "all slices move at once");
-  effect("cut-off", optimizer_.cutoff > 0,
-         optimizer_.cutoff > 0 ? fmt::format("taps below {} of the largest judge no candidate", optimizer_.cutoff)
-                               : "every tap judges");
+  effect("cut-off", cutoff_ > 0,
+         cutoff_ > 0 ? fmt::format("taps below {} of the largest{} judge no candidate", cutoff_,
+                                   config_.problem.filter.combine == Combine::sum ? " of their group" : "")
+                     : "every tap judges");
   effect("double precision", optimizer_.precision == Precision::float64,
          optimizer_.precision == Precision::float64 ? "candidates are judged in double"
                                                     : "candidates are judged in float");

@@ -357,6 +357,17 @@ TEST(SwapChoices, VisitsAreShorterWhereTimeIsShort) {
   EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 16);
 }
 
+TEST(SwapChoices, ThePapersMethodAloneJudgesByEveryTap) {
+  OptimizerSpec optimizer;
+  EXPECT_EQ(energy_cutoff(optimizer), 1e-3);
+  optimizer.method = Method::fast;
+  EXPECT_EQ(energy_cutoff(optimizer), 0);
+  optimizer.cutoff = 0.01;
+  EXPECT_EQ(energy_cutoff(optimizer), 0.01);
+  optimizer = {.cutoff = 0};
+  EXPECT_EQ(energy_cutoff(optimizer), 0);
+}
+
 TEST(SwapChoices, CoolsByTheKindOfTheFilter) {
   const Extents extents({16, 16, 32});
   const auto groups = [](Combine combine, const KernelSpec& temporal) {

@@ -72,7 +72,8 @@ TEST(ConfigDifferences, NameEachKeyWithBothValues) {
   EXPECT_THAT(differences({"optimizer.stop.time=10s"}),
               ElementsAre("optimizer.stop.iterations: 11 in the file, not here",
                           "optimizer.stop.time: not in the file, \"10s\" here"));
-  EXPECT_THAT(differences({"filter.groups[1].axes=['t']", "optimizer.cutoff=0"}), IsEmpty());
+  EXPECT_THAT(differences({"filter.groups[1].axes=['t']", "optimizer.sieve_features=16"}), IsEmpty());
+  EXPECT_THAT(differences({"optimizer.cutoff=0"}), ElementsAre("optimizer.cutoff: not in the file, 0.0 here"));
   EXPECT_THAT(
       differences({"filter.groups=[{ axes = 'xy', kernel = 'box', size = 3 }]"}),
       ElementsAre("filter.groups[1]: { axes = \"t\", kernel = \"ema\", alpha = 0.1, rejection = 0.0 } in the file, not "

@@ -240,7 +240,6 @@ value_kernel = "distance"
 method = "anneal"
 stop = { iterations = 11 }
 precision = "float"
-cutoff = 0.0
 background_features = 8
 sieve_features = 16
 )");

@@ -225,6 +225,23 @@ TEST(Footprint, CutoffDropsSmallTapsAndNoOthers) {
   EXPECT_NEAR(cut.weight_sum(), std::accumulate(kept.begin(), kept.end(), 0.0), 1e-14);
 }
 
+// A group of so little weight that all of its taps are below the fraction of F(0) keeps those that it has to keep.
+TEST(Footprint, CutoffOfASumIsOfEachGroupByItself) {
+  const Extents extents({13, 11, 7});
+  const GroupSpec plane = group({0, 1}, gauss(1.2), 0.99);
+  const GroupSpec along = group({2}, ema(0.3, 0.1), 0.01);
+  const oracle::Overlaps in_plane = oracle::overlaps(Footprint(extents, product({plane})));
+  const oracle::Overlaps over_slices = oracle::overlaps(Footprint(extents, product({along})));
+  const Footprint cut(extents, sum({plane, along}), 0.05);
+  const oracle::Overlaps kept = oracle::overlaps(cut);
+  const auto above = [](const oracle::Overlaps& f, std::size_t d) { return f[d] < 0.05 * f[0] ? 0 : f[d]; };
+  for (std::size_t d = 0; d < kept.size(); ++d) {
+    EXPECT_NEAR(kept[d], 0.99 * above(in_plane, d) + 0.01 * above(over_slices, d), 1e-16) << d;
+  }
+  ASSERT_TRUE(cut.couples_slices());
+  EXPECT_LT(cut.slices()[1].taps[0].weight, 0.05 * cut.weight_zero());
+}
+
 void expect_factors(const Extents& extents, const FilterSpec& filter) {
   const Footprint footprint(extents, filter);
   ASSERT_TRUE(footprint.factors());

@@ -26,7 +26,7 @@ struct OptimizerSpec {
   Method method = Method::anneal;
   StopSpec stop = {};
   Precision precision = Precision::float32;
-  double cutoff = 0;             // footprint taps below cutoff * F(0) are left out of the energy (never out of R)
+  double cutoff = -1;            // of the energy's footprint (never of R's); below 0: energy_cutoff() has it by method
   int background_features = 8;   // anneal, product over slices: features that stand for the other slices; 0: all taps
   int sieve_features = 16;       // anneal: features that a candidate is estimated with before it is judged; 0: none
   double temperature_start = 0;  // anneal: in units of the problem's mean |dE|; 0 = found from the problem

@@ -62,6 +62,10 @@ StepRange step_range(DistanceKind kind, int channels, double fraction);
 // Partners for as many samples as a tile has.
 PartnerDraw partners_for(DistanceKind kind, int channels, WindowSize tile, double fraction, int num_strata = 1);
 
+// Of the footprint that the energy is of. What is not given is 1e-3, where R at equal time is lowest
+// (tests/bench/README.md), but for the paper's method, which judges by every tap.
+double energy_cutoff(const OptimizerSpec& optimizer);
+
 // The slices that move together: colour classes (anneal), or all of them (fast).
 std::vector<std::vector<SliceIndex>> classes_for(Method method, const Footprint& footprint);
 TileGrid tiles_for(const OptimizerSpec& optimizer, const Footprint& footprint,

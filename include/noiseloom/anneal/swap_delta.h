@@ -42,15 +42,15 @@ class SwapDelta {
   void bind(SliceIndex slice, const SliceField& own, const FieldOf& others) { bind(slice, {}, own, others); }
   // dE for swapping the samples of two cells. Where i = j: any finite number.
   virtual double delta(CellPair pair) const = 0;
-  // Says that delta(pair) will be asked for soon.
-  virtual void prefetch(CellPair) const {}
+  // Says that delta() of these will be asked for soon.
+  virtual void prefetch(std::span<const CellPair> /*pairs*/) const {}
   // Whether dE can be estimated in less time than delta() takes.
   virtual bool has_estimates() const { return false; }
   // Estimates of dE, one for each pair, of which there are at most most_estimates. Requires has_estimates().
   virtual void estimate(std::span<const CellPair> /*pairs*/, double* /*out*/) const {}
   static constexpr std::size_t most_estimates = 16;
-  // Says that estimates of pairs of the cells will be asked for soon.
-  virtual void prefetch_estimate(CellPair) const {}
+  // Says that estimate() of these will be asked for soon.
+  virtual void prefetch_estimates(std::span<const CellPair> /*pairs*/) const {}
   // Carries the swap out in the copy.
   virtual void swap(CellPair pair) = 0;
 };

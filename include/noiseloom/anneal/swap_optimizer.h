@@ -42,7 +42,7 @@ namespace noiseloom {
 //   8, anneal alone: a good arrangement of scalars is annealed to a lower temperature, and from a lower one
 //   9, anneal alone: the temperature falls by an exponent of its own for each kind of filter; visits of what is
 //   estimated are twice as long; estimates leave out small taps of what was swapped
-inline constexpr std::int64_t anneal_algorithm = 9;
+inline constexpr std::int64_t anneal_algorithm = 10;
 inline constexpr std::int64_t fast_algorithm = 2;
 
 // Of a slice: the id of the sample of every cell.

@@ -202,9 +202,10 @@ struct Setting {
   bool required = false;
   // file: its reader also takes folders, patterns of names and datasets of a file, and so says itself what is missing.
   bool is_found_by_reader = false;
-  bool zero_is_unset = false;     // zero (or no text, or the first word) means that the file does not say
-  bool one_of = false;            // table: holds exactly one of its keys; that of a --set replaces that of the file
-  std::string_view example = {};  // tables: `a list of tables such as <example>`
+  bool zero_is_unset = false;      // zero (or no text, or the first word) means that the file does not say
+  bool negative_is_unset = false;  // so does a number below zero, which no file holds
+  bool one_of = false;             // table: holds exactly one of its keys; that of a --set replaces that of the file
+  std::string_view example = {};   // tables: `a list of tables such as <example>`
   const CustomType* custom = nullptr;
   // What older files call the leaf of the key: read as if they had the key itself. Not within lists.
   std::string_view former = {};

@@ -56,8 +56,9 @@ struct SliceTaps {
 
 class Footprint {
  public:
-  // Reads and checks table files (UserError). `cutoff` drops taps below cutoff * F(0). Weights of a sum that are all
-  // zero stand for equal ones.
+  // Reads and checks table files (UserError). `cutoff` drops taps below cutoff * F(0), of a sum those of each group
+  // below cutoff times the group's own F(0), so that a group of little weight counts as it should. Weights of a sum
+  // that are all zero stand for equal ones.
   Footprint(const Extents& extents, const FilterSpec& filter, double cutoff = 0);
 
   const Extents& extents() const { return extents_; }
