@@ -36,43 +36,30 @@ struct FoundPicks {
   std::size_t count = 0;
 };
 
-// Calls visit(first, last, shift) for the one or two intervals of coordinates on an axis that [first, last] stands for:
-// those in the interval differ by `shift` from what they were given as.
-template <class Visit>
-HWY_INLINE void each_interval(std::int64_t first, std::int64_t last, std::int64_t size, bool toroidal,
-                              const Visit& visit) {
-  visit(std::max<std::int64_t>(first, 0), std::min(last, size - 1), std::int64_t{0});
-  if (!toroidal) return;
-  if (first < 0) visit(first + size, size - 1, -size);
-  if (last >= size) visit(std::int64_t{0}, last - size, size);
-}
+// Bins along an axis that a segment may hear of: which they are, and where they begin, seen from the segment (around the
+// torus).
+struct NearBins {
+  static constexpr std::size_t most = 12;  // a reach of 32 to both sides, cut at an end of the torus
+  std::array<std::int64_t, most> bin;
+  std::array<std::int64_t, most> begin;
+  std::size_t count = 0;
 
-// Finds the picks in one bin that the segment has not got yet. `x`, `y`: of the bin's first pixel, seen from the
-// segment (around the torus).
-HWY_INLINE void find_in_bin(const VacPending& pending, const VacPending::Bin& bin, std::uint32_t since, std::int64_t x,
-                            std::int64_t y, const Segment& segment, FoundPicks& found) {
-  using rows::HWY_NAMESPACE::Lanes;
-  const Lanes d;
-  const auto set = [d](std::int64_t value) HWY_ATTR { return hn::Set(d, static_cast<std::uint32_t>(value)); };
-  const auto from_x = set(x - (segment.begin - pending.reach_x));
-  const auto end_x = set(segment.end - segment.begin + 2 * pending.reach_x);
-  const auto from_y = set(y - (segment.y - pending.reach_y));
-  const auto end_y = set(2 * pending.reach_y + 1);
-  const auto start =
-      set((segment.y - y + pending.reach_y) * pending.row_words + segment.origin - x + pending.first_column);
-  const auto row_words = set(pending.row_words);
-  for (std::size_t i = 0; i < VacPending::bin_size; i += hn::Lanes(d)) {
-    const auto entries = hn::Load(d, bin.entries + i);
-    const auto entry_x = hn::And(entries, set((1 << VacPending::x_bits) - 1));
-    const auto entry_y = hn::And(hn::ShiftRight<VacPending::x_bits>(entries), set((1 << VacPending::y_bits) - 1));
-    const auto in_x = hn::Lt(hn::Add(entry_x, from_x), end_x);
-    const auto in_y = hn::Lt(hn::Add(entry_y, from_y), end_y);
-    const auto mask = hn::And(hn::Gt(entries, hn::Set(d, since - 1)), hn::And(in_x, in_y));
-    const auto starts = hn::Sub(hn::Sub(start, hn::Mul(entry_y, row_words)), entry_x);
-    hn::StoreU(hn::Compress(starts, mask), d, found.starts.data() + found.count);
-    found.count += hn::CountTrue(d, mask);
+  // Those that hold coordinates [first, last], each of which stands for one of [0, size) or, without a torus, for none.
+  HWY_INLINE NearBins(std::int64_t first, std::int64_t last, std::int64_t size, bool toroidal, int bits) {
+    add(std::max<std::int64_t>(first, 0), std::min(last, size - 1), 0, bits);
+    if (!toroidal) return;
+    if (first < 0) add(first + size, size - 1, -size, bits);
+    if (last >= size) add(0, last - size, size, bits);
   }
-}
+
+ private:
+  HWY_INLINE void add(std::int64_t first, std::int64_t last, std::int64_t shift, int bits) {
+    for (std::int64_t b = first >> bits; b <= last >> bits; ++b) {
+      bin[count] = b;
+      begin[count++] = (b << bits) + shift;
+    }
+  }
+};
 
 // Adds the weights of the picks found to the pixels [begin, end) of a leaf.
 HWY_INLINE void add_found(const VacPending& pending, std::int64_t begin, std::int64_t end, std::uint32_t* words,
@@ -103,28 +90,52 @@ HWY_INLINE void add_found(const VacPending& pending, std::int64_t begin, std::in
   found.count = 0;
 }
 
+// Finds the picks that the segment has not got yet, bin by bin, and adds their weights.
 HWY_INLINE void bring_up_segment(const VacPending& pending, const VacLayout& layout, const VacPending::Bin* bins,
                                  std::uint32_t since, const Segment& segment, std::uint32_t* leaf_words) {
-  FoundPicks found;
+  using rows::HWY_NAMESPACE::Lanes;
+  const Lanes d;
+  const auto set = [d](std::int64_t value) HWY_ATTR { return hn::Set(d, static_cast<std::uint32_t>(value)); };
+  const NearBins rows_of_bins(segment.y - pending.reach_y, segment.y + pending.reach_y, pending.num_rows,
+                              pending.rows_wrap, VacPending::y_bits);
+  const NearBins columns(segment.begin - pending.reach_x, segment.end - 1 + pending.reach_x, layout.size[0],
+                         layout.toroidal[0], VacPending::x_bits);
   const std::int64_t begin = segment.begin - segment.origin;
   const std::int64_t end = segment.end - segment.origin;
-  const auto rows_of_bins = [&](std::int64_t first_y, std::int64_t last_y, std::int64_t shift_y) HWY_ATTR {
-    const auto bins_of_row = [&](std::int64_t first_x, std::int64_t last_x, std::int64_t shift_x) HWY_ATTR {
-      for (std::int64_t by = first_y >> VacPending::y_bits; by <= last_y >> VacPending::y_bits; ++by) {
-        for (std::int64_t bx = first_x >> VacPending::x_bits; bx <= last_x >> VacPending::x_bits; ++bx) {
-          find_in_bin(pending, bins[by * pending.bins_per_row + bx], since, (bx << VacPending::x_bits) + shift_x,
-                      (by << VacPending::y_bits) + shift_y, segment, found);
-          if (found.count > FoundPicks::capacity - VacPending::bin_size) {
-            add_found(pending, begin, end, leaf_words, found);
-          }
-        }
+  const auto before = hn::Set(d, since - 1);
+  const auto mask_x = set((1 << VacPending::x_bits) - 1);
+  const auto mask_y = set((1 << VacPending::y_bits) - 1);
+  const auto end_x = set(segment.end - segment.begin + 2 * pending.reach_x);
+  const auto end_y = set(2 * pending.reach_y + 1);
+  const auto row_words = set(pending.row_words);
+  FoundPicks found;
+  for (std::size_t by = 0; by < rows_of_bins.count; ++by) {
+    const std::int64_t y = rows_of_bins.begin[by];
+    const VacPending::Bin* const row = bins + rows_of_bins.bin[by] * pending.bins_per_row;
+    const auto from_y = set(y - (segment.y - pending.reach_y));
+    const std::int64_t start_of_row =
+        (segment.y - y + pending.reach_y) * pending.row_words + segment.origin + pending.first_column;
+    for (std::size_t bx = 0; bx < columns.count; ++bx) {
+      const std::int64_t x = columns.begin[bx];
+      const std::uint32_t* const bin = row[columns.bin[bx]].entries;
+      const auto from_x = set(x - (segment.begin - pending.reach_x));
+      const auto start = set(start_of_row - x);
+      for (std::size_t i = 0; i < VacPending::bin_size; i += hn::Lanes(d)) {
+        const auto entries = hn::Load(d, bin + i);
+        const auto entry_x = hn::And(entries, mask_x);
+        const auto entry_y = hn::And(hn::ShiftRight<VacPending::x_bits>(entries), mask_y);
+        const auto in_x = hn::Lt(hn::Add(entry_x, from_x), end_x);
+        const auto in_y = hn::Lt(hn::Add(entry_y, from_y), end_y);
+        const auto mask = hn::And(hn::Gt(entries, before), hn::And(in_x, in_y));
+        const auto starts = hn::Sub(hn::Sub(start, hn::Mul(entry_y, row_words)), entry_x);
+        hn::StoreU(hn::Compress(starts, mask), d, found.starts.data() + found.count);
+        found.count += hn::CountTrue(d, mask);
       }
-    };
-    each_interval(segment.begin - pending.reach_x, segment.end - 1 + pending.reach_x, layout.size[0],
-                  layout.toroidal[0], bins_of_row);
-  };
-  each_interval(segment.y - pending.reach_y, segment.y + pending.reach_y, pending.num_rows, pending.rows_wrap,
-                rows_of_bins);
+      if (found.count > FoundPicks::capacity - VacPending::bin_size) {
+        add_found(pending, begin, end, leaf_words, found);
+      }
+    }
+  }
   add_found(pending, begin, end, leaf_words, found);
 }
 
