@@ -156,8 +156,7 @@ std::vector<Setting> rows() {
        .type = Type::number,
        .sentence =
            "Taps of the overlap below this fraction of the largest (of a sum: of the largest of their group) are "
-           "left out of the energy, never out of R. Not given, it is what was measured to be best: 0.001, and 0 "
-           "with method \"fast\".",
+           "left out of the energy, never out of R. Not given: 0.001, and with method \"fast\" 0.",
        .field = [](RunConfig& c) -> Field { return &c.optimizer.cutoff; },
        .range = at_least(0, 0.5),
        .when = with_swaps,

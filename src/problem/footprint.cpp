@@ -38,7 +38,20 @@ void cut(std::vector<OverlapTap>& taps, double cutoff) {
   std::erase_if(taps, [&](const OverlapTap& tap) { return !is_zero(tap.offset) && std::abs(tap.weight) < least; });
 }
 
-std::vector<OverlapTap> sum_taps(const Extents& extents, const FilterSpec& filter, double cutoff) {
+using Reach = std::array<std::int32_t, Extents::max_axes>;
+
+Reach reach_of(std::span<const OverlapTap> taps) {
+  Reach reach{};
+  for (const OverlapTap& tap : taps) {
+    for (std::size_t axis = 0; axis < reach.size(); ++axis) {
+      reach[axis] = std::max(reach[axis], std::abs(tap.offset[axis]));
+    }
+  }
+  return reach;
+}
+
+// `reach`: that of all taps, those included that are dropped.
+std::vector<OverlapTap> sum_taps(const Extents& extents, const FilterSpec& filter, double cutoff, Reach& reach) {
   const bool all_equal =
       std::all_of(filter.groups.begin(), filter.groups.end(), [](const GroupSpec& group) { return group.weight == 0; });
   std::vector<OverlapTap> taps;
@@ -46,6 +59,9 @@ std::vector<OverlapTap> sum_taps(const Extents& extents, const FilterSpec& filte
     const double weight = all_equal ? 1.0 / static_cast<double>(filter.groups.size()) : group.weight;
     NOISELOOM_CHECK(weight >= 0);
     std::vector<OverlapTap> own = product(group_overlaps(extents, group)).taps;
+    const Reach own_reach = reach_of(own);
+    std::transform(reach.begin(), reach.end(), own_reach.begin(), reach.begin(),
+                   [](std::int32_t a, std::int32_t b) { return std::max(a, b); });
     if (cutoff > 0) cut(own, cutoff);
     for (OverlapTap tap : own) {
       tap.weight *= weight;
@@ -97,8 +113,9 @@ Footprint::Footprint(const Extents& extents, const FilterSpec& filter, double cu
     const std::vector<Overlap> overlaps = product_overlaps(extents, filter);
     taps = ordered(product(overlaps).taps);
     factors_ = product_factors(overlaps);
+    reach_ = reach_of(taps);
   } else {
-    taps = ordered(sum_taps(extents, filter, cutoff));
+    taps = ordered(sum_taps(extents, filter, cutoff, reach_));
   }
   if (!factors_ && !noiseloom::couples_slices(taps)) {
     factors_ = Factors{plane_taps(taps), {{Extents::SliceCoord{}, 1.0}}};
@@ -118,9 +135,6 @@ Footprint::Footprint(const Extents& extents, const FilterSpec& filter, double cu
     const Extents::SliceCoord slice = slice_part(tap.offset);
     if (slices_.back().offset != slice) slices_.push_back({slice, {}});
     slices_.back().taps.push_back({tap.offset[0], tap.offset[1], tap.weight});
-    for (std::size_t axis = 0; axis < reach_.size(); ++axis) {
-      reach_[axis] = std::max(reach_[axis], std::abs(tap.offset[axis]));
-    }
     ++num_taps_;
     sum.add(tap.weight);
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "noiseloom/anneal/schedule.h"
+#include "noiseloom/anneal/swap_choices.h"
 #include "noiseloom/config/stored_config.h"
 #include "noiseloom/files/file_ops.h"
 #include "noiseloom/run/checkpoint.h"
@@ -60,6 +61,10 @@ std::vector<Fault> config_faults(const RunFileReader& saved, RunConfig config) {
   if (config.optimizer.method == Method::automatic) {
     config.optimizer.method = stored.optimizer.method;
     if (config.optimizer.stop.is_none() && config.optimizer.method != Method::construct) config.optimizer.stop = {};
+  }
+  // What the one leaves open and the other says may be the same; and nothing of a construction depends on it.
+  if (is_construct_run(saved.content()) || energy_cutoff(stored.optimizer) == energy_cutoff(config.optimizer)) {
+    config.optimizer.cutoff = stored.optimizer.cutoff;
   }
   const std::string text = to_toml(stored);  // with what older files do not say yet
   std::vector<std::string> lines = config_differences(text, to_toml(config));

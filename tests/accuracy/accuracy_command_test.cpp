@@ -54,6 +54,20 @@ TEST(AccuracyCommand, ChangesTheMethodOfAConfigWithKeysOfItsOwn) {
                         "out/runs/construct-400.h5 "));
 }
 
+TEST(AccuracyCommand, LeavesTheCutoffToTheMethodWhereTheConfigDoes) {
+  const TemporaryFolder folder;
+  AccuracyOptions options;
+  options.config = folder / "c.toml";
+  options.folder = "out";
+  write_bytes(
+      options.config,
+      "[texture]\nsize = { x = 8, y = 8 }\nsamples = \"vector2\"\n[filter]\ngroups = [ { axes = \"xy\", kernel = "
+      "\"box\", size = 3 } ]\n[optimizer]\nbackground_features = 8\n");
+  const PointCommands commands(options, load_config(options.config, {}));
+  EXPECT_THAT(commands.command({Method::fast, "iterations", "30", 30, false}).shown,
+              HasSubstr("'optimizer={ method = \"fast\", stop = { iterations = 30 }, precision = \"float\" }'"));
+}
+
 TEST(AccuracyCommand, TakesAnnealingFromAConfigThatConstructsFirst) {
   const TemporaryFolder folder;
   AccuracyOptions options;

@@ -73,6 +73,8 @@ TEST(AccuracyLadder, RisesOnBothLinesWithTheDefaultAmongThem) {
 TEST(AccuracyLadder, ChangesEachSettingAwayFromTheConfigs) {
   const AccuracyLadder ladder = ladder_of("cutoff = 0.01\nbackground_features = 8\n");
   EXPECT_THAT(values_of(ladder, "cutoff"), ElementsAre("0", "0.001", "0.05"));
+  EXPECT_THAT(values_of(ladder_of(""), "cutoff"), ElementsAre("0", "0.01", "0.05"));
+  EXPECT_THAT(values_of(ladder_of("method = \"fast\"\n"), "cutoff"), ElementsAre("0.001", "0.01", "0.05"));
   EXPECT_THAT(values_of(ladder, "background_features"), ElementsAre("0", "4", "16", "32"));
   EXPECT_THAT(values_of(ladder, "precision"), ElementsAre("double"));
   EXPECT_THAT(values_of(ladder_of("", false), "background_features"), IsEmpty());

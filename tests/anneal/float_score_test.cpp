@@ -73,13 +73,16 @@ TEST(FloatScore, IsNotUsedWhereItWouldShow) {
   const Extents extents({64, 64, 64});
   const Footprint usual(extents, product({group({0, 1}, box(5)), group({2}, ema(0.1, 0.1))}));
   const Footprint wide(extents, product({group({0, 1}, box(15)), group({2}, ema(0.01, 0))}));
-  const Footprint cut(extents, product({group({0, 1}, gauss(1.3)), group({2}, ema(0.1, 0.1))}), 0.05);
   for (const DistanceKind kind : {DistanceKind::absolute, DistanceKind::angle}) {
     EXPECT_TRUE(FloatScore::fits(usual, kind, FieldLayout(usual, 1)));
     EXPECT_FALSE(FloatScore::fits(wide, kind, FieldLayout(wide, 1)));
   }
-  const Footprint whole(extents, product({group({0, 1}, gauss(1.3)), group({2}, ema(0.1, 0.1))}));
-  EXPECT_FALSE(FloatScore::fits(whole, DistanceKind::absolute, FieldLayout(cut, 1)));  // a border that is too narrow
+  const FilterSpec filter = product({group({0, 1}, gauss(1.3)), group({2}, ema(0.1, 0.1))});
+  const Footprint whole(extents, filter);
+  const Footprint narrow(extents, product({group({0, 1}, gauss(1.0)), group({2}, ema(0.1, 0.1))}));
+  EXPECT_FALSE(FloatScore::fits(whole, DistanceKind::absolute, FieldLayout(narrow, 1)));
+  // What is laid out for an energy that leaves taps out has the border that the score needs.
+  EXPECT_TRUE(FloatScore::fits(whole, DistanceKind::absolute, FieldLayout(Footprint(extents, filter, 0.05), 1)));
 }
 
 TEST(FloatScore, HasTheSameBitsOnAllInstructionSets) {

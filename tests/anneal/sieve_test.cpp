@@ -210,6 +210,19 @@ TEST(Sieve, HasTheSameBitsOnAllInstructionSets) {
       const auto delta = make_swap_delta(footprint, kernel, Precision::float32, nullptr, std::nullopt, &map);
       delta->bind(SliceIndex(0), texture.field(SliceIndex(0)), texture.field_of());
       std::vector<double> all;
+      // As many as a vector holds are estimated together, and what is left one by one.
+      for (const Cell count : {Cell{16}, Cell{13}, Cell{8}, Cell{5}}) {
+        std::vector<CellPair> pairs;
+        for (Cell i = 1; i <= count; ++i) pairs.push_back(test::pair(i, 2 * i % 7));
+        std::vector<double> together(pairs.size());
+        delta->estimate(pairs, together.data());
+        for (std::size_t k = 0; k < pairs.size(); ++k) {
+          double alone = 0;
+          delta->estimate(std::span(pairs).subspan(k, 1), &alone);
+          EXPECT_EQ(together[k], alone) << count << " " << k << " " << target;
+        }
+        all.insert(all.end(), together.begin(), together.end());
+      }
       for (Cell i = 1; i < one.extents.cells_per_slice(); ++i) {
         const CellPair pairs[] = {test::pair(i, 0)};
         all.emplace_back();

@@ -223,6 +223,7 @@ TEST(Footprint, CutoffDropsSmallTapsAndNoOthers) {
   EXPECT_LT(cut.num_taps(), whole.num_taps());
   for (std::size_t d = 0; d < all.size(); ++d) EXPECT_EQ(kept[d], all[d] < 1e-2 * all[0] ? 0 : all[d]);
   EXPECT_NEAR(cut.weight_sum(), std::accumulate(kept.begin(), kept.end(), 0.0), 1e-14);
+  for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(cut.reach(axis), whole.reach(axis));
 }
 
 // A group of so little weight that all of its taps are below the fraction of F(0) keeps those that it has to keep.
@@ -238,6 +239,7 @@ TEST(Footprint, CutoffOfASumIsOfEachGroupByItself) {
   for (std::size_t d = 0; d < kept.size(); ++d) {
     EXPECT_NEAR(kept[d], 0.99 * above(in_plane, d) + 0.01 * above(over_slices, d), 1e-16) << d;
   }
+  EXPECT_EQ(cut.reach(0), Footprint(extents, product({plane})).reach(0));
   ASSERT_TRUE(cut.couples_slices());
   EXPECT_LT(cut.slices()[1].taps[0].weight, 0.05 * cut.weight_zero());
 }

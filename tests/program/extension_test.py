@@ -82,6 +82,19 @@ class Extension(ProgramTest):
         self.refused("iterations = 150", "iterations = 30000", "grows once in 100 sweeps of the one and in 300 of the other",
                      method="fast")
 
+    def test_a_cutoff_that_says_what_is_so_anyway(self):
+        """Older files say `cutoff = 0.0` where the config said nothing."""
+        for method, same, other in (("fast", "0", "0.001"), ("anneal", "0.001", "0")):
+            said = ("--set", f"optimizer.cutoff={same}")
+            self.generate("run.h5", "iterations = 30", *said, "--overwrite", method=method)
+            self.generate("run.h5", "iterations = 30", "--resume", method=method)
+            done = self.generate("run.h5", "iterations = 30", "--resume", "--set", f"optimizer.cutoff={other}",
+                                 method=method, expect=2)
+            self.assertIn("optimizer.cutoff: ", done.stderr)
+        config = self.write("constructed.toml", CONFIG.replace("[optimizer]", ""))
+        self.run_program("generate", config, "-o", "constructed.h5", "--set", "optimizer.cutoff=0")
+        self.run_program("generate", config, "-o", "constructed.h5", "--resume", "--set", "optimizer.stop.iterations=30")
+
     def test_other_differences_are_still_refused(self):
         self.generate("run.h5", "score = 0.4")
         done = self.generate("run.h5", "score = 0.3", "--resume", "--set", "texture.seed=2", expect=2)

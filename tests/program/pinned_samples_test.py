@@ -77,6 +77,11 @@ CONFIGS = {
     "sphere, cutoff":
         'texture.size = { x = 16, y = 13, t = 4 }\ntexture.samples = "sphere"\n' + BOX_EMA +
         'optimizer.cutoff = 0.02\n' + ANNEAL,
+    "vector3, sum of two groups, cutoff":
+        'texture.size = { x = 16, y = 13, t = 9 }\ntexture.samples = "vector3"\nfilter.combine = "sum"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss", sigma = 0.9, weight = 0.99 },\n'
+        '                 { axes = "t", kernel = "ema", alpha = 0.3, weight = 0.01 }]\n'
+        'optimizer.cutoff = 0.05\n' + ANNEAL,
     "hemisphere, product over three slice axes":
         'texture.size = { x = 8, y = 7, t = 3, z = 3, w = 2 }\ntexture.samples = "hemisphere"\n'
         'filter.groups = [{ axes = "xy", kernel = "box", size = 3 }, { axes = "tzw", kernel = "binomial", n = 1 }]\n' +
@@ -155,6 +160,11 @@ CONFIGS = {
     # The published algorithm.
     "fast, uniform, product":
         'texture.size = { x = 16, y = 15, t = 6 }\n' + BOX_EMA + FAST,
+    "fast, sum of two groups, cutoff":
+        'texture.size = { x = 16, y = 13, t = 9 }\nfilter.combine = "sum"\n'
+        'filter.groups = [{ axes = "xy", kernel = "gauss", sigma = 0.9, weight = 0.99 },\n'
+        '                 { axes = "t", kernel = "ema", alpha = 0.3, weight = 0.01 }]\n'
+        'optimizer.cutoff = 0.05\n' + FAST,
     "fast, hemisphere-cosine, fraction that does not grow":
         'texture.size = { x = 12, y = 15 }\ntexture.samples = "hemisphere-cosine"\n' + GAUSS_2D +
         'optimizer.fraction = 0.2\noptimizer.grow_fraction = false\n' + FAST,
@@ -251,7 +261,7 @@ CONFIGS = {
 # The number of the algorithm of each method that the checksums below belong to.
 ALGORITHMS = {
     "anneal": 10,  # anneal_algorithm in include/noiseloom/anneal/swap_optimizer.h
-    "fast": 2,  # fast_algorithm, there too
+    "fast": 3,  # fast_algorithm, there too
     "void-and-cluster": 2,  # void_and_cluster_algorithm in include/noiseloom/construct/void_and_cluster.h
     "construct": 3,  # construct_algorithm in include/noiseloom/construct/slice_construction.h
 }
@@ -261,7 +271,7 @@ CHECKSUMS = {
     "uniform, box": ("714e88fdc7ae8fbb",),
     "uniform, one pixel a slice": ("44e9b720b3ccbb48",),
     "tent, binomial, other seed and temperatures": ("ad597ec63dc7879b",),
-    "gauss, gauss x ema, product over a deep axis": ("f68df012ca595a53",),
+    "gauss, gauss x ema, product over a deep axis": ("fec846f46ca9c434",),
     "uniform, product over a deep axis without features": ("de8c40148348021d",),
     "circle, product over a deep axis": ("737e0f6c6c0948e8",),
     "circle, tiles": ("95f1619a033e0c32",),
@@ -272,6 +282,7 @@ CHECKSUMS = {
     "vector4, sum with weights over two slice axes": ("0a4157c7e0778e7a",),
     "vector8, box": ("8358c71c6e736746",),
     "sphere, cutoff": ("012aea78e5aa7b47",),
+    "vector3, sum of two groups, cutoff": ("8b15028e7d74fe76",),
     "hemisphere, product over three slice axes": ("e54ae2b220447d9b",),
     "hemisphere-cosine, product over a deep axis": ("e702cdb4372fcf12",),
     "disk, table of two dimensions": ("f517e17668d4f0a0",),
@@ -299,6 +310,7 @@ CHECKSUMS = {
     "stop by score": ("26fc42607bef7fe2",),
     "stop by improvement": ("61f046c4093cda3b",),
     "fast, uniform, product": ("875bc7bd2db4ba5c",),
+    "fast, sum of two groups, cutoff": ("7afb56d7f153f2a4",),
     "fast, hemisphere-cosine, fraction that does not grow": ("2d7e91b92df27ebc",),
     "order in a plane": ("b927a5389907cf06", "1c4fd8fee0bd5296",),
     "order, sum over one slice axis, bits, equal slices": ("b3309b481c532874", "cb32a6c5524dc9db",),
@@ -323,7 +335,7 @@ CHECKSUMS = {
     "nets": ("d512cc70a12dd67e",),
     "nets of scalars, constructed": ("0ef759e60d7a76d6",),
     "strata over time": ("f972eefc52257740",),
-    "auto, constructed, annealed in the cold": ("c1db6da6a33a197f",),
+    "auto, constructed, annealed in the cold": ("7633c1bda6e4503f",),
     "auto, constructed, annealed": ("92b4133d7850f555",),
 }
 

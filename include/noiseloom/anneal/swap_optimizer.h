@@ -42,8 +42,10 @@ namespace noiseloom {
 //   8, anneal alone: a good arrangement of scalars is annealed to a lower temperature, and from a lower one
 //   9, anneal alone: the temperature falls by an exponent of its own for each kind of filter; visits of what is
 //   estimated are twice as long; estimates leave out small taps of what was swapped
+//   10, anneal alone: taps below 0.001 are left out where the config does not say
+//   10 and 3: a sum's groups are cut each by its own largest tap
 inline constexpr std::int64_t anneal_algorithm = 10;
-inline constexpr std::int64_t fast_algorithm = 2;
+inline constexpr std::int64_t fast_algorithm = 3;
 
 // Of a slice: the id of the sample of every cell.
 using PermutationOf = std::function<Permutation(SliceIndex)>;

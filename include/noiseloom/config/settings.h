@@ -203,7 +203,7 @@ struct Setting {
   // file: its reader also takes folders, patterns of names and datasets of a file, and so says itself what is missing.
   bool is_found_by_reader = false;
   bool zero_is_unset = false;      // zero (or no text, or the first word) means that the file does not say
-  bool negative_is_unset = false;  // so does a number below zero, which no file holds
+  bool negative_is_unset = false;  // a number below zero, which no file may hold, means that the file does not say
   bool one_of = false;             // table: holds exactly one of its keys; that of a --set replaces that of the file
   std::string_view example = {};   // tables: `a list of tables such as <example>`
   const CustomType* custom = nullptr;

@@ -71,11 +71,12 @@ class Footprint {
   std::span<const SliceTaps> slices() const { return slices_; }
   std::int64_t num_taps() const { return num_taps_; }
   bool couples_slices() const { return slices_.size() > 1; }
-  // Largest |offset| with a tap, along x or y (axis 0 or 1) or a slice axis.
+  // Largest |offset| with a tap, those included that the cutoff drops, along x or y (axis 0 or 1) or a slice axis:
+  // fields that are laid out for the energy serve R, too.
   std::int32_t reach(int axis) const { return reach_[static_cast<std::size_t>(axis)]; }
 
   // Set where F(dx, dy, slice offset) = plane(dx, dy) * along(slice offset) for all offsets: `plane` includes (0, 0),
-  // `along` has offset zero first. Of the filter before the cutoff, as a cut product is none. Always set where no two
+  // `along` has offset zero first. Of a product before the cutoff, as a cut one is none. Always set where no two
   // slices are coupled. What the low-rank temporal background is built from.
   struct Factors {
     std::vector<PlaneTap> plane;

@@ -36,8 +36,8 @@ struct FoundPicks {
   std::size_t count = 0;
 };
 
-// Bins along an axis that a segment may hear of: which they are, and where they begin, seen from the segment (around the
-// torus).
+// Bins along an axis that a segment may hear of: which they are, and where they begin, seen from the segment (around
+// the torus).
 struct NearBins {
   static constexpr std::size_t most = 12;  // a reach of 32 to both sides, cut at an end of the torus
   std::array<std::int64_t, most> bin;
