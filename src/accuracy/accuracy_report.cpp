@@ -45,9 +45,8 @@ struct KnobText {
 constexpr KnobText knob_texts[] = {
     {"cutoff", "Footprint cut-off",
      "Taps of the filter's overlap below this fraction of the largest (of a sum: of the largest of their group) are "
-     "left "
-     "out of the energy. Fewer taps are quicker to visit; what is left out is not optimised. Where the config does not "
-     "say, annealing has 0.001 and the paper's method 0."},
+     "left out of the energy. Fewer taps are quicker to visit; what is left out is not optimised. Where the config "
+     "does not say, annealing has 0.001 and the paper's method 0."},
     {"background_features", "Features of the background",
      "How many features stand for the other slices. Few are quick and coarse; 0 visits every tap of every slice, "
      "exactly."},
