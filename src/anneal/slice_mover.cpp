@@ -188,16 +188,14 @@ void AnnealMover::move_sieved(const Range& range, VisitResult& result) {
       if (pair.i != pair.j) margin.learn(batch.proposals.step[k], estimates[k], delta_->delta(pair));
     }
     std::array<std::size_t, proposal_batch> judged;
-    std::array<CellPair, proposal_batch> judged_pairs;
     std::size_t num_judged = 0;
     for (std::size_t k = 0; k < batch.size; ++k) {
       if (batch.pairs[k].i == batch.pairs[k].j) continue;
       ++result.candidates;
       if (!learns && !margin.lets_through(batch.proposals.step[k], estimates[k], range.limit(batch, k))) continue;
-      judged[num_judged] = k;
-      judged_pairs[num_judged++] = batch.pairs[k];
+      delta_->prefetch(batch.drawn().subspan(k, 1));
+      judged[num_judged++] = k;
     }
-    delta_->prefetch(std::span(judged_pairs).first(num_judged));
     for (const std::size_t k : std::span(judged).first(num_judged)) judge(range, batch, k, result);
   }
 }

@@ -62,7 +62,7 @@ std::vector<OverlapTap> sum_taps(const Extents& extents, const FilterSpec& filte
     const Reach own_reach = reach_of(own);
     std::transform(reach.begin(), reach.end(), own_reach.begin(), reach.begin(),
                    [](std::int32_t a, std::int32_t b) { return std::max(a, b); });
-    if (cutoff > 0) cut(own, cutoff);
+    cut(own, cutoff);
     for (OverlapTap tap : own) {
       tap.weight *= weight;
       taps.push_back(tap);
@@ -120,18 +120,18 @@ Footprint::Footprint(const Extents& extents, const FilterSpec& filter, double cu
   if (!factors_ && !noiseloom::couples_slices(taps)) {
     factors_ = Factors{plane_taps(taps), {{Extents::SliceCoord{}, 1.0}}};
   }
+  if (filter.combine == Combine::product) cut(taps, cutoff);
 
   const auto zero = std::find_if(taps.begin(), taps.end(), [](const OverlapTap& tap) { return is_zero(tap.offset); });
   if (zero == taps.end() || !std::isfinite(zero->weight)) {
     throw UserError("filter", "the taps of its tables are so small or so large that F(0) is zero or infinite");
   }
   weight_zero_ = zero->weight;
-  const double least = filter.combine == Combine::product ? cutoff * weight_zero_ : 0;
   slices_.push_back({Extents::SliceCoord{}, {}});
   CompensatedSum sum;
   sum.add(weight_zero_);
   for (const OverlapTap& tap : taps) {
-    if (is_zero(tap.offset) || std::abs(tap.weight) < least) continue;
+    if (is_zero(tap.offset)) continue;
     const Extents::SliceCoord slice = slice_part(tap.offset);
     if (slices_.back().offset != slice) slices_.push_back({slice, {}});
     slices_.back().taps.push_back({tap.offset[0], tap.offset[1], tap.weight});
