@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "anneal/swap_optimizer_impl.h"
-#include "noiseloom/anneal/swap_choices.h"
+#include "noiseloom/anneal/cooling.h"
 
 namespace noiseloom {
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "noiseloom/anneal/swap_choices.h"
+#include "noiseloom/anneal/cooling.h"
 #include "noiseloom/anneal/swap_optimizer.h"
 #include "noiseloom/core/math.h"
 #include "noiseloom/dist/communicator.h"

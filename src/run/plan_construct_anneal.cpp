@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "noiseloom/anneal/swap_choices.h"
+#include "noiseloom/anneal/cooling.h"
 #include "run/joining.h"
 #include "run/plan_memory.h"
 #include "run/plan_swap.h"

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "noiseloom/anneal/cooling.h"
 #include "noiseloom/anneal/swap_choices.h"
 
 namespace noiseloom {

@@ -12,7 +12,6 @@
 #include "anneal/feature_fixture.h"
 #include "anneal/sieve_margin.h"
 #include "noiseloom/anneal/slice_mover.h"
-#include "noiseloom/anneal/swap_choices.h"
 #include "support/sanitizers.h"
 
 namespace noiseloom {
@@ -315,111 +314,6 @@ TEST_F(SievedMover, SwapsChangeTheEnergyByTheirSum) {
   for (const Swap& swap : result.swaps) texture_.field(SliceIndex(0)).swap(swap.a, swap.b);
   EXPECT_GT(result.swaps.size(), 100U);
   EXPECT_NEAR(texture_.energy() - start, result.energy, 1e-5 * std::abs(start));
-}
-
-TEST(SwapChoices, SieveWhereTapsCostMuch) {
-  OptimizerSpec usual;
-  usual.sieve_features = 16;
-  const auto wants = [&](DistanceKind kind, ValueKernelKind value_kind, std::int64_t taps,
-                         const OptimizerSpec& optimizer, bool is_served = true) {
-    return wants_sieve(optimizer, {value_kind, kind, 3, 1, 1}, is_served, taps);
-  };
-  constexpr auto distance = ValueKernelKind::distance;
-  EXPECT_TRUE(wants(DistanceKind::euclidean, distance, 80, usual));
-  EXPECT_FALSE(wants(DistanceKind::euclidean, distance, 24, usual));
-  EXPECT_TRUE(wants(DistanceKind::angle, distance, 24, usual));
-  EXPECT_TRUE(wants(DistanceKind::euclidean, ValueKernelKind::stbn, 24, usual));
-  EXPECT_FALSE(wants(DistanceKind::absolute, distance, 800, usual));
-  EXPECT_FALSE(wants(DistanceKind::circle, distance, 800, usual));
-  EXPECT_TRUE(wants(DistanceKind::absolute, ValueKernelKind::stbn, 24, usual));
-  EXPECT_FALSE(wants(DistanceKind::angle, distance, 24, usual, false));
-  OptimizerSpec other = usual;
-  other.sieve_features = 0;
-  EXPECT_FALSE(wants(DistanceKind::angle, distance, 24, other));
-  other = usual;
-  other.precision = Precision::float64;
-  EXPECT_FALSE(wants(DistanceKind::angle, distance, 24, other));
-  other = usual;
-  other.method = Method::fast;
-  EXPECT_FALSE(wants(DistanceKind::angle, distance, 24, other));
-}
-
-TEST(SwapChoices, VisitsAreLongerWithASieve) {
-  OptimizerSpec optimizer;
-  optimizer.stop.iterations = 2000;
-  constexpr std::int64_t cells = 128 * 128 * 32;
-  EXPECT_EQ(visit_length(optimizer, cells, false, false), 8);
-  EXPECT_EQ(visit_length(optimizer, cells, true, false), 16);
-  EXPECT_EQ(visit_length(optimizer, cells, true, true), 64);
-  optimizer.stop.iterations = 100;
-  EXPECT_EQ(visit_length(optimizer, cells, true, true), 4);
-}
-
-// A run that ends in time has sweeps enough to cool in.
-TEST(SwapChoices, VisitsAreShorterWhereTimeIsShort) {
-  OptimizerSpec optimizer;
-  optimizer.stop = {0, 60, 0, 0};
-  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 59);
-  EXPECT_EQ(visit_length(optimizer, 128 * 128, false, true), 64);
-  optimizer.stop.time_s = 15;
-  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 14);
-  optimizer.stop.time_s = 1;
-  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 4);
-  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, false), 8);
-  optimizer.stop = {0, 0, 0.1, 0};
-  EXPECT_EQ(visit_length(optimizer, 128 * 128 * 32, true, true), 16);
-}
-
-TEST(SwapChoices, ThePapersMethodAloneJudgesByEveryTap) {
-  OptimizerSpec optimizer;
-  EXPECT_EQ(energy_cutoff(optimizer), 1e-3);
-  optimizer.method = Method::fast;
-  EXPECT_EQ(energy_cutoff(optimizer), 0);
-  optimizer.cutoff = 0.01;
-  EXPECT_EQ(energy_cutoff(optimizer), 0.01);
-  optimizer = {.cutoff = 0};
-  EXPECT_EQ(energy_cutoff(optimizer), 0);
-}
-
-TEST(SwapChoices, CoolsByTheKindOfTheFilter) {
-  const Extents extents({16, 16, 32});
-  const auto groups = [](Combine combine, const KernelSpec& temporal) {
-    FilterSpec filter = product({group({0, 1}, gauss(1)), group({2}, temporal)});
-    filter.combine = combine;
-    return filter;
-  };
-  const Footprint sum(extents, groups(Combine::sum, ema(0.1, 0.1)));
-  const Footprint product_far(extents, groups(Combine::product, ema(0.1, 0.1)));
-  const Footprint product_near(extents, groups(Combine::product, gauss(1)));
-  const Footprint apart(extents, product({group({0, 1}, gauss(1))}));
-  OptimizerSpec optimizer;
-  EXPECT_TRUE(acts_by_same_pixels(sum));
-  for (const Footprint* other : {&product_far, &product_near, &apart}) EXPECT_FALSE(acts_by_same_pixels(*other));
-  EXPECT_LT(temperature_range(optimizer, sum).start, temperature_range(optimizer, apart).start);
-  EXPECT_GT(cooling_exponent(optimizer, sum, true), 2);
-  EXPECT_EQ(cooling_exponent(optimizer, sum, true, 0.3), 1);  // a run that joins the schedule
-  EXPECT_EQ(temperature_range(optimizer, sum, 0.3).start, temperature_range(optimizer, apart).start);
-  EXPECT_EQ(cooling_exponent(optimizer, product_far, true), 1);
-  EXPECT_EQ(cooling_exponent(optimizer, apart, true), 1);
-  EXPECT_LT(cooling_exponent(optimizer, product_near, true), 1);
-  EXPECT_EQ(cooling_exponent(optimizer, product_near, false), 1);  // without a sieve it has few features
-  optimizer.stop.time_s = 1;
-  EXPECT_EQ(cooling_exponent(optimizer, apart, true), 1.3);
-  optimizer.temperature_end = 1e-3;  // the user's own schedule
-  EXPECT_EQ(temperature_range(optimizer, sum).start, temperature_range({}, apart).start);
-  EXPECT_EQ(cooling_exponent(optimizer, sum, true), 1);
-  EXPECT_EQ(temperature_range(optimizer, sum).end, 1e-3);
-}
-
-TEST(SwapChoices, ManyFeaturesWhereOtherSlicesCountMuch) {
-  const auto wants = [](const KernelSpec& temporal, bool with_sieve) {
-    return wants_many_features(
-        Footprint(Extents({16, 16, 32}), product({group({0, 1}, gauss(1)), group({2}, temporal)})), with_sieve);
-  };
-  EXPECT_TRUE(wants(gauss(1), true));
-  EXPECT_FALSE(wants(gauss(1), false));
-  EXPECT_FALSE(wants(ema(0.1, 0.1), true));
-  EXPECT_FALSE(wants_many_features(Footprint(Extents({16, 16}), product({group({0, 1}, gauss(1))})), true));
 }
 
 }  // namespace

@@ -11,7 +11,6 @@
 
 #include "anneal/proposals.h"
 #include "anneal/texture_fixture.h"
-#include "noiseloom/anneal/swap_choices.h"
 #include "noiseloom/core/random.h"
 
 namespace noiseloom {
@@ -157,57 +156,6 @@ TEST(PartnerDraw, DrawsBetweenNearAndFar) {
   EXPECT_EQ(partners.lowest_step(), 64);
   EXPECT_NEAR(partners.log2_ratio(), 3, 1e-6);  // 512 = 8 * 64
   EXPECT_EQ(PartnerDraw(4096, {1e6, 2}, false).lowest_step(), 1);
-}
-
-// Steps shrink as it cools: none of a range ever grows, and the far end stays where partner() can mirror it.
-TEST(SwapChoices, StepsShrinkWithTheTemperature) {
-  for (const DistanceKind kind : {DistanceKind::absolute, DistanceKind::circle, DistanceKind::euclidean,
-                                  DistanceKind::angle, DistanceKind::axis, DistanceKind::manhattan}) {
-    for (const int channels : {1, 2, 3, 4}) {
-      StepRange before = step_range(kind, channels, 0);
-      EXPECT_EQ(before.far, 2);
-      for (int k = 1; k <= 10; ++k) {
-        const StepRange range = step_range(kind, channels, k / 10.0);
-        EXPECT_GT(range.near, before.near);
-        EXPECT_GT(range.far, before.far);
-        EXPECT_LT(range.far, range.near);
-        before = range;
-      }
-    }
-  }
-}
-
-TEST(SwapChoices, BackgroundGrowsTowardsTheEnd) {
-  OptimizerSpec optimizer;
-  optimizer.background_features = 8;
-  EXPECT_EQ(num_features(optimizer, 0, false), 8);
-  EXPECT_EQ(num_features(optimizer, 0.8, false), 32);
-  EXPECT_EQ(num_features(optimizer, 1, false), 64);
-  EXPECT_EQ(num_features(optimizer, 0, true), 32);
-  EXPECT_EQ(num_features(optimizer, 0.8, true), 64);
-  optimizer.background_features = 48;
-  EXPECT_EQ(num_features(optimizer, 0.8, false), 64);
-  optimizer.background_features = 0;
-  EXPECT_EQ(num_features(optimizer, 1, false), 0);
-  EXPECT_EQ(num_features(optimizer, 1, true), 0);
-}
-
-// Features stand for taps that would cost more than they do; never for a few taps of the same pixel.
-TEST(SwapChoices, FewTapsOfTheSamePixelAreTakenOneByOne) {
-  const auto has_features = [](const Extents& extents, const FilterSpec& filter) {
-    ProblemSpec problem;
-    problem.extents = extents;
-    problem.filter = filter;
-    const SampleSource source(problem.samples, extents.cells_per_slice(), extents.num_slices(), 1);
-    const Footprint footprint(extents, filter);
-    const ValueKernel kernel = make_value_kernel(problem, source.channels(), source.distance());
-    return features_between_slices({}, footprint, kernel, source, 8).has_value();
-  };
-  EXPECT_FALSE(has_features(Extents({16, 16, 8}), product({group({2}, box(3))})));
-  EXPECT_FALSE(has_features(Extents({16, 16, 64}), product({group({2}, ema(0.1, 0.1))})));
-  EXPECT_FALSE(has_features(Extents({16, 16, 8, 8}), product({group({2, 3}, box(3))})));
-  EXPECT_TRUE(has_features(Extents({4, 4, 1024}), product({group({2}, ema(0.1, 0.1))})));
-  EXPECT_TRUE(has_features(Extents({16, 16, 8}), product({group({0, 1}, box(3)), group({2}, box(3))})));
 }
 
 // Also for slices of one, two and three samples.

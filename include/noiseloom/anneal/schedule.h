@@ -9,7 +9,7 @@
 //                      fraction for every hundred iterations that it took
 //
 // Temperatures fall over a round: T = start (end / start)^(fraction^exponent). Rounds of slices that do not act on
-// each other spend their last part in the cold (swap_choices.h).
+// each other spend their last part in the cold (cooling.h).
 #pragma once
 
 #include <cstdint>

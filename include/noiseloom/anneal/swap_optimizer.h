@@ -73,7 +73,7 @@ class SwapOptimizer {
   // After start_from: annealing begins where that from a random arrangement is when this fraction of it is over, [0,
   // 1]; at its start unless this is called. *Collective*
   void join_schedule(double fraction, double seconds);
-  // After start_from, instead: annealing that keeps to temperatures at which nothing melts (swap_choices.h,
+  // After start_from, instead: annealing that keeps to temperatures at which nothing melts (cooling.h,
   // cold_range), for an arrangement that it could not make.
   void join_cold(double seconds);
   // Goes on from a saved state. `permutation` gives any slice that this rank owns or is coupled with. *Collective*
