@@ -142,18 +142,6 @@ TEST(VacField, AScanThatFollowsFindsWhatOneOfItsOwnFinds) {
   }
 }
 
-TEST(VacFields, DivideTheOnlySliceIntoBandsWhereThatIsWorthIt) {
-  ThreadPool pool(2);
-  const auto num_parts = [&](VacSpec spec) {
-    const VacKernel kernel(spec);
-    return VacFields(spec, kernel, 0, spec.extents.num_slices(), pool).num_parts();
-  };
-  EXPECT_EQ(num_parts(vac_spec({512, 257}, {{0, 1}})), 2U);
-  EXPECT_EQ(num_parts(vac_spec({256, 256}, {{0, 1}})), 1U);       // too small
-  EXPECT_EQ(num_parts(vac_spec({4096, 64}, {{0, 1}})), 1U);       // too narrow
-  EXPECT_EQ(num_parts(vac_spec({512, 257}, {{0, 1}, {1}})), 1U);  // a group over y
-}
-
 // A thread that fails must not leave the others waiting for it.
 TEST(VacFields, AFailureOfAHelperReachesTheCaller) {
   const VacSpec spec = vac_spec({16, 16, 16}, {{0, 1}, {2}}, 1.3);
@@ -178,78 +166,6 @@ TEST(VacFields, AFailureOfAHelperReachesTheCaller) {
   };
   EXPECT_THROW(fields.turn_batch(true, picks, turned, true, nullptr), std::bad_alloc);
   EXPECT_TRUE(failed);
-}
-
-// Bands of rows hold what the whole slice holds, whether picks wait or not.
-void expect_bands_hold_what_the_slice_holds(const std::vector<std::int32_t>& ends) {
-  for (const std::int64_t cells_to_wait : {std::int64_t{0}, VacField::usual_cells_to_wait}) {
-    for (const bool wraps : {true, false}) {
-      VacSpec spec = vac_spec({257, 210}, {{0, 1}, {0, 1}}, 1.9);
-      spec.groups[1].sigma_px = 2.5;
-      spec.toroidal = {true, wraps};
-      const VacKernel kernel(spec);
-      VacField whole(spec, kernel, 0, 1, cells_to_wait);
-      std::vector<VacField> bands;
-      for (std::size_t i = 1; i < ends.size(); ++i) {
-        bands.emplace_back(VacLayout::band(spec, ends[i - 1], ends[i]), kernel, cells_to_wait);
-      }
-      std::vector<std::uint64_t> pixels = vac_start_pattern([&] {
-        spec.density = 0.1;
-        return spec;
-      }());
-      const auto middle = pixels.begin() + static_cast<std::ptrdiff_t>(pixels.size() / 2);
-      const std::vector<std::uint64_t> first(pixels.begin(), middle);  // the upper half: some bands have none of them
-      const std::vector<std::uint64_t> second(middle, pixels.end());
-      const VacScan asked{VacView::voids, VacTieHash(1), std::uint64_t{kernel.weight_sum() / 20} << 32, 1'000'000};
-      const auto on_all = [&](const auto& body) {
-        body(whole);
-        std::ranges::for_each(bands, body);
-      };
-      on_all([&](VacField& field) {
-        field.turn(true, first);
-        field.refresh_bounds(VacView::voids);
-        field.turn(true, second);
-        field.scan(asked);
-      });
-      std::vector<std::uint64_t> found;
-      std::vector<std::uint64_t> hits;
-      std::vector<std::uint64_t> hits_of_whole;
-      for (VacField& band : bands) {
-        for (const VacCandidate& c : band.found()) found.push_back(c.position);
-      }
-      ASSERT_GT(found.size(), 100U);
-      ASSERT_TRUE(std::ranges::equal(found, whole.found(), {}, {}, &VacCandidate::position));
-      for (const std::uint64_t position : {std::uint64_t{0}, std::uint64_t{41 * 257 + 7}, std::uint64_t{209 * 257}}) {
-        whole.turn_on_watching(position, 1, hits_of_whole);
-        for (VacField& band : bands) band.turn_on_watching(position, 1, hits);
-      }
-      std::ranges::sort(hits);
-      std::ranges::sort(hits_of_whole);
-      ASSERT_FALSE(hits.empty());
-      ASSERT_EQ(hits, hits_of_whole);
-      on_all([&](VacField& field) { field.turn(false, second); });
-      for (VacField& band : bands) {
-        for (std::uint64_t p = band.layout().first_position(); p < band.layout().end_position(); ++p) {
-          ASSERT_TRUE(band.has(p));
-          ASSERT_EQ(band.word(p), whole.word(p)) << p;
-        }
-      }
-    }
-  }
-}
-
-TEST(VacField, BandsHoldWhatTheWholeSliceHolds) {
-  expect_bands_hold_what_the_slice_holds({0, 41, 42, 150, 210});
-  expect_bands_hold_what_the_slice_holds({0, 3, 207, 210});  // one that some pixels reach from both sides
-  const VacSpec spec = vac_spec({257, 210}, {{0, 1}}, 2.5);
-  const VacKernel kernel(spec);
-  EXPECT_TRUE(VacPending::make(VacLayout(spec, 0, 1), kernel)) << "picks would not wait";
-  EXPECT_TRUE(VacPending::make(VacLayout::band(spec, 42, 150), kernel));
-  EXPECT_FALSE(VacPending::make(VacLayout::band(spec, 3, 207), kernel));
-  const auto num_bins = [&](std::int32_t rows) {
-    return VacPending::make(VacLayout::band(spec, 0, rows), kernel)->bins.size();
-  };
-  EXPECT_LT(num_bins(32), num_bins(128));
 }
 
 TEST(VacLayout, IndexesBeyondFourBillionPixels) {

@@ -85,13 +85,9 @@ TEST(VacSelection, PicksWhatOneSelectorPicksAmongAll) {
   expect_the_same_apart(vac_spec({5, 3, 37}, {{2}}, 1.3), world);  // no group within slices
   expect_the_same_apart(vac_spec({9, 8, 12}, {{0}, {1}, {2}}), world);
   expect_the_same_apart(vac_spec({11, 7, 9}, {{0, 1, 2}}, 1.2), world);  // not divided
-  expect_the_same_apart(vac_spec({512, 257}, {{0, 1}}), world);          // bands of one slice
   VacSpec open = vac_spec({9, 8, 7, 6}, {{0, 1}, {2, 3}});
   open.toroidal = {true, false, false, true};
   expect_the_same_apart(open, world);
-  VacSpec open_bands = vac_spec({512, 300}, {{0, 1}}, 2.5);
-  open_bands.toroidal = {true, false};
-  expect_the_same_apart(open_bands, world);
 }
 
 // Otherwise the other test would show nothing.

@@ -120,7 +120,7 @@ TEST(VoidAndClusterRanks, GiveTheSameInBatchesOfAnySizeAndOnAnyNumberOfThreads) 
 TEST(VoidAndClusterRanks, GiveTheSameWhereThreadsAndRanksPickApart) {
   const Communicator world = Communicator::world();
   const Communicator self = Communicator::self();
-  std::vector<VacSpec> specs{vac_spec({128, 64, 32}, {{0, 1}, {2}}), vac_spec({512, 257}, {{0, 1}})};  // bands
+  std::vector<VacSpec> specs{vac_spec({128, 64, 32}, {{0, 1}, {2}}), vac_spec({512, 450}, {{0, 1}})};  // windows
   specs.back().density = 0.01;
   if (!under_sanitizers) specs.push_back(vac_spec({48, 32, 12, 12}, {{0, 1}, {2, 3}}));
   for (const VacSpec& spec : specs) {
@@ -131,8 +131,14 @@ TEST(VoidAndClusterRanks, GiveTheSameWhereThreadsAndRanksPickApart) {
     ThreadPool pool(2 + world.rank().value() % 2);
     VoidAndCluster run(spec, world, pool);
     run.start();
+    const std::int64_t half = spec.extents.num_cells() / 2;
+    while (run.progress().phase != VacPhase::fill || run.progress().num_placed < half) run.advance(10'007);
+    VoidAndCluster resumed(spec, world, pool);
+    resumed.restore(run.progress(), [&](SliceIndex slice) { return run.order(slice); });
     while (!run.done()) run.advance(10'007);
     EXPECT_EQ(ranks_of(run, world), ranks_of(alone, self)) << spec.extents.to_string();
+    resumed.advance(everything);
+    EXPECT_EQ(ranks_of(resumed, world), ranks_of(alone, self)) << spec.extents.to_string();
   }
 }
 

@@ -36,10 +36,7 @@ void VacFree::operator()(void* memory) const { std::free(memory); }
 
 VacField::VacField(const VacSpec& spec, const VacKernel& kernel, std::int32_t slice_begin, std::int32_t slice_end,
                    std::int64_t cells_to_wait)
-    : VacField(VacLayout(spec, slice_begin, slice_end), kernel, cells_to_wait) {}
-
-VacField::VacField(const VacLayout& layout, const VacKernel& kernel, std::int64_t cells_to_wait)
-    : layout_(layout),
+    : layout_(spec, slice_begin, slice_end),
       kernel_(kernel),
       num_words_(
           static_cast<std::size_t>((layout_.slice_end - layout_.slice_begin) * layout_.slice_words + line_words)),
@@ -56,14 +53,13 @@ bool VacField::has(std::uint64_t position) const {
 
 std::size_t VacField::index(std::uint64_t position) const {
   const auto p = static_cast<std::int64_t>(position);
-  return static_cast<std::size_t>((p / layout_.cells - layout_.slice_begin) * layout_.slice_words + p % layout_.cells -
-                                  layout_.cell_begin);
+  return static_cast<std::size_t>((p / layout_.cells - layout_.slice_begin) * layout_.slice_words + p % layout_.cells);
 }
 
 std::size_t VacField::leaf(std::uint64_t position) const {
   const auto p = static_cast<std::int64_t>(position);
   const std::int64_t slice = p / layout_.cells - layout_.slice_begin;
-  return static_cast<std::size_t>(slice * layout_.leaves + (p % layout_.cells - layout_.cell_begin) / leaf_cells);
+  return static_cast<std::size_t>(slice * layout_.leaves + p % layout_.cells / leaf_cells);
 }
 
 void VacField::clear() {
@@ -197,43 +193,20 @@ std::pair<std::size_t, std::size_t> VacField::own(std::span<const std::uint64_t>
   return {static_cast<std::size_t>(first - positions.begin()), static_cast<std::size_t>(last - positions.begin())};
 }
 
-// Those of ascending positions that reach the rows that are present, around the torus where there is one.
-std::span<const std::uint64_t> VacField::in_reach(std::span<const std::uint64_t> positions) {
-  if (!layout_.is_band()) return positions;
-  std::int64_t reach = 0;
-  for (const VacGroupKernel& group : kernel_.groups()) reach = std::max<std::int64_t>(reach, group.reach_y);
-  const std::int64_t num_rows = layout_.size[1];
-  in_reach_.clear();
-  const auto append_rows = [&](std::int64_t begin, std::int64_t end) {
-    const auto from = static_cast<std::uint64_t>(std::max<std::int64_t>(begin, 0) * layout_.size[0]);
-    const auto to = static_cast<std::uint64_t>(std::min(end, num_rows) * layout_.size[0]);
-    const auto first = std::lower_bound(positions.begin(), positions.end(), from);
-    in_reach_.insert(in_reach_.end(), first, std::lower_bound(first, positions.end(), to));
-  };
-  const std::int64_t begin = layout_.row_begin - reach;
-  const std::int64_t end = layout_.row_end + reach;
-  append_rows(begin, end);
-  if (!layout_.toroidal[1]) return in_reach_;
-  if (begin < 0) append_rows(std::max(begin + num_rows, end), num_rows);
-  if (end > num_rows) append_rows(0, std::min(end - num_rows, std::max<std::int64_t>(begin, 0)));
-  return in_reach_;
-}
-
 // Turns those pixels of one slice that are present, and adds the weights of the groups that stay in their slices.
 template <bool On>
 void VacField::turn_in_slice(std::span<const std::uint64_t> positions) {
   const auto [first, last] = own(positions);
   for (const std::uint64_t position : positions.subspan(first, last - first)) data_[index(position)] ^= vac_flag;
-  const std::span<const std::uint64_t> near = in_reach(positions);
   const bool wait = On && pending_.has_value();
   at_once_.clear();
-  for (const std::uint64_t position : near) {
+  for (const std::uint64_t position : positions) {
     if (wait && !pending_->add(layout_, layout_.place(position))) at_once_.push_back(position);
   }
   for (const VacGroupKernel& group : kernel_.groups()) {
     if (!group.contains_x() || !group.stays_in_slice()) continue;
     vac_simd::add_rows(layout_, group, data_.get(), On,
-                       wait && VacPending::waits(group) ? std::span<const std::uint64_t>(at_once_) : near);
+                       wait && VacPending::waits(group) ? std::span<const std::uint64_t>(at_once_) : positions);
   }
 }
 
@@ -270,7 +243,7 @@ void VacField::turn_all(const VacPortion& portion, const VacScan* then) {
     }
   } else {
     const auto [first, last] = own(positions);
-    turn_in_slice<On>(layout_.is_band() ? positions : positions.subspan(first, last - first));
+    turn_in_slice<On>(positions.subspan(first, last - first));
   }
   if (On && pending_) {
     pending_->end_batch();
@@ -317,8 +290,7 @@ static void append_positions(const VacLayout& layout, std::span<const std::size_
   const auto slice_words = static_cast<std::size_t>(layout.slice_words);
   for (const std::size_t word : words) {
     const std::size_t slice = word / slice_words + static_cast<std::size_t>(layout.slice_begin);
-    positions.push_back(slice * static_cast<std::size_t>(layout.cells) + word % slice_words +
-                        static_cast<std::size_t>(layout.cell_begin));
+    positions.push_back(slice * static_cast<std::size_t>(layout.cells) + word % slice_words);
   }
 }
 
@@ -348,6 +320,9 @@ void VacField::refresh_bounds(VacView view) {
 std::span<const std::uint32_t> VacField::bounds() const {
   return std::span(bounds_).first(bounds_.size() - static_cast<std::size_t>(line_words));
 }
+std::span<std::uint32_t> VacField::bounds() {
+  return std::span(bounds_).first(bounds_.size() - static_cast<std::size_t>(line_words));
+}
 
 void VacField::scan(const VacScan& asked) {
   begin_scan(asked);
@@ -363,8 +338,10 @@ void VacField::begin_scan(const VacScan& asked) {
 }
 
 void VacField::scan_slices(const VacScan& asked, std::int64_t begin, std::int64_t end) {
-  found_all_ = found_all_ && vac_simd::scan_leaves(layout_, data_.get(), pending_ ? &*pending_ : nullptr, asked, begin,
-                                                   end, bounds_.data(), found_);
+  for (std::int64_t slice = begin; slice < end && found_all_; ++slice) {
+    found_all_ = vac_simd::scan_leaves(layout_, slice, 0, layout_.leaves, data_.get(), pending_ ? &*pending_ : nullptr,
+                                       asked, bounds_.data(), found_);
+  }
 }
 
 void VacField::take_back(const VacCandidate& candidate) {

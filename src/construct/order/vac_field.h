@@ -1,5 +1,4 @@
-// The energies of a range of slices, or of a band of rows of the only one, with the pixels that are on marked, and what
-// void and cluster asks of them.
+// The energies of a range of slices, with the pixels that are on marked, and what void and cluster asks of them.
 //
 // A word per pixel: its energy, and vac_flag where it is on. Slices are padded to an odd number of cache lines, so that
 // a pixel's neighbours along the slice axes do not all fall into the same set of the cache.
@@ -40,6 +39,7 @@ struct VacScan {
   VacTieHash hash;
   std::uint64_t limit;
   std::size_t max_found;
+  std::int64_t shift = 0;  // added to the positions of what is found
 };
 
 struct VacFree {
@@ -56,7 +56,6 @@ class VacField {
   static constexpr std::int64_t usual_cells_to_wait = std::int64_t{1} << 22;
   VacField(const VacSpec& spec, const VacKernel& kernel, std::int32_t slice_begin, std::int32_t slice_end,
            std::int64_t cells_to_wait = usual_cells_to_wait);
-  VacField(const VacLayout& layout, const VacKernel& kernel, std::int64_t cells_to_wait = usual_cells_to_wait);
 
   const VacLayout& layout() const { return layout_; }
   bool has(std::uint64_t position) const;
@@ -65,6 +64,9 @@ class VacField {
     settle();
     return data_[index(position)];
   }
+
+  // All words, slice by slice as the layout says, where nothing can wait.
+  std::uint32_t* words() { return data_.get(); }
 
   // All off, all energies zero.
   void clear();
@@ -83,6 +85,7 @@ class VacField {
   // Recomputes all bounds for `view`.
   void refresh_bounds(VacView view);
   std::span<const std::uint32_t> bounds() const;
+  std::span<std::uint32_t> bounds();
   // Finds what is asked for, or, where that is too much, some of it. What is found is left out of the bounds until the
   // next scan or end_of_batch() takes up again what was not picked.
   void scan(const VacScan& asked);
@@ -97,7 +100,6 @@ class VacField {
   void settle();
   template <bool On>
   void turn_in_slice(std::span<const std::uint64_t> positions);
-  std::span<const std::uint64_t> in_reach(std::span<const std::uint64_t> positions);
   template <bool On>
   void turn_all(const VacPortion& portion, const VacScan* then);
   void begin_scan(const VacScan& asked);
@@ -112,9 +114,8 @@ class VacField {
   VacWords data_;
   std::vector<std::uint32_t> bounds_;
   std::optional<VacPending> pending_;
-  std::vector<std::uint64_t> in_reach_;  // of a call of turn: pixels that reach this band
-  std::vector<std::uint64_t> at_once_;   // of those of a slice: pixels that cannot wait
-  VacView view_ = VacView::voids;        // of the last scan
+  std::vector<std::uint64_t> at_once_;  // of those of a slice: pixels that cannot wait
+  VacView view_ = VacView::voids;       // of the last scan
   std::vector<VacCandidate> found_;
   std::vector<VacCandidate> found_before_;  // while a scan follows
   bool found_all_ = true;

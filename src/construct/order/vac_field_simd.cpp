@@ -46,9 +46,8 @@ HWY_INLINE void add_row(const VacLayout& layout, const VacRow& row, const std::u
   rows::HWY_NAMESPACE::add_row(layout.size[0], layout.toroidal[0], row.lo, row.hi, weights + row.first, add, x, words);
 }
 
-// Calls visit(row, x, words of the row's line) for the kernel rows that meet the slice of `position`; where a band of
-// it is present, for those that meet that.
-template <bool Band, class Word, class Visit>
+// Calls visit(row, x, words of the row's line) for the kernel rows that meet the slice of `position`.
+template <class Word, class Visit>
 HWY_INLINE void each_plane_row(const VacLayout& layout, const VacGroupKernel& group, Word* data, std::uint64_t position,
                                const Visit& visit) {
   const auto cell = static_cast<std::int64_t>(position) % layout.cells;
@@ -60,24 +59,22 @@ HWY_INLINE void each_plane_row(const VacLayout& layout, const VacGroupKernel& gr
   Word* const words = data + (slice - layout.slice_begin) * layout.slice_words;
   for (const VacRow& row : group.rows) {
     std::int64_t row_y = y;
-    if (!layout.move(row_y, 1, row.offset[0]) || (Band && !layout.has_row(row_y))) continue;
-    visit(row, x, words + (Band ? row_y - layout.row_begin : row_y) * width);
+    if (layout.move(row_y, 1, row.offset[0])) visit(row, x, words + row_y * width);
   }
 }
 
-template <bool Band, class A>
+template <class A>
 HWY_INLINE void add_plane(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
                           std::uint64_t position) {
-  each_plane_row<Band>(layout, group, data, position,
+  each_plane_row(layout, group, data, position,
                        [&](const VacRow& row, std::int64_t x, std::uint32_t* line)
                            HWY_ATTR { add_row(layout, row, group.weights.data(), add, x, line); });
 }
 
 // Fetches the lines that add_plane will write to.
-template <bool Band>
 HWY_INLINE void prefetch_plane(const VacLayout& layout, const VacGroupKernel& group, const std::uint32_t* data,
                                std::uint64_t position) {
-  each_plane_row<Band>(layout, group, data, position,
+  each_plane_row(layout, group, data, position,
                        [](const VacRow& row, std::int64_t x, const std::uint32_t* line) HWY_ATTR {
                          const std::uint32_t* const begin = line + std::max<std::int64_t>(x - row.lo, 0);
                          __builtin_prefetch(begin, 1);
@@ -130,29 +127,20 @@ HWY_INLINE void add_any(const VacLayout& layout, const VacGroupKernel& group, st
   }
 }
 
-template <bool Band, class A>
+template <class A>
 HWY_INLINE void add_planes(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
                            std::span<const std::uint64_t> positions) {
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    if (i + 2 < positions.size()) prefetch_plane<Band>(layout, group, data, positions[i + 2]);
-    add_plane<Band>(layout, group, data, add, positions[i]);
+    if (i + 2 < positions.size()) prefetch_plane(layout, group, data, positions[i + 2]);
+    add_plane(layout, group, data, add, positions[i]);
   }
-}
-
-// A function of its own, that the usual loop stays short.
-template <class A>
-HWY_NOINLINE void add_planes_to_band(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data,
-                                     const A& add, std::span<const std::uint64_t> positions) {
-  add_planes<true>(layout, group, data, add, positions);
 }
 
 template <class A>
 HWY_INLINE void add_group(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
                           std::span<const std::uint64_t> positions) {
-  if (layout.is_band()) {  // which only groups of the plane act on
-    add_planes_to_band(layout, group, data, add, positions);
-  } else if (group.is_of_plane()) {
-    add_planes<false>(layout, group, data, add, positions);
+  if (group.is_of_plane()) {
+    add_planes(layout, group, data, add, positions);
   } else {
     for (const std::uint64_t position : positions) add_any(layout, group, data, add, position);
   }
@@ -186,7 +174,7 @@ struct LeafCopy {
 HWY_INLINE const std::uint32_t* leaf_of(const VacLayout& layout, const std::uint32_t* slice, std::int64_t leaf,
                                         VacView view, LeafCopy& copy) {
   const std::int64_t begin = leaf * static_cast<std::int64_t>(leaf_words);
-  const std::int64_t left = layout.present_cells - begin;
+  const std::int64_t left = layout.cells - begin;
   if (left >= static_cast<std::int64_t>(leaf_words)) return slice + begin;
   copy.words.fill(~static_cast<std::uint32_t>(view));
   std::copy_n(slice + begin, left, copy.words.begin());
@@ -210,8 +198,8 @@ void LeafMinima(const VacLayout& layout, const std::uint32_t* data, VacView view
 }
 
 struct Scan {
+  const VacScan& asked;
   std::uint32_t view;
-  const VacTieHash* hash;
   std::uint32_t energy_limit;
   std::uint32_t hash_limit;
   std::vector<VacCandidate>* found;
@@ -232,9 +220,9 @@ struct Scan {
       for (std::uint32_t bits = bits_of(d, within); bits != 0; bits &= bits - 1) {
         const std::size_t lane = i + static_cast<std::size_t>(std::countr_zero(bits));
         const std::uint32_t energy = words[lane] ^ view;
-        const std::uint32_t tie = (*hash)(position + lane) ^ view;
+        const std::uint32_t tie = asked.hash(position + lane) ^ view;
         if (energy < energy_limit || tie <= hash_limit) {
-          found->push_back({position + lane, energy, tie});
+          found->push_back({position + lane + static_cast<std::uint64_t>(asked.shift), energy, tie});
         } else {
           rest = energy;
         }
@@ -252,40 +240,38 @@ void BringUpAll(const VacLayout& layout, std::uint32_t* data, VacPending& pendin
   }
 }
 
-bool ScanLeaves(const VacLayout& layout, std::uint32_t* data, VacPending* pending, const VacScan& asked,
-                std::int64_t begin, std::int64_t end, std::uint32_t* bounds, std::vector<VacCandidate>& found) {
+bool ScanLeaves(const VacLayout& layout, std::int64_t slice, std::int64_t begin, std::int64_t end, std::uint32_t* data,
+                VacPending* pending, const VacScan& asked, std::uint32_t* bounds, std::vector<VacCandidate>& found) {
   const Lanes d;
-  const Scan scan{static_cast<std::uint32_t>(asked.view), &asked.hash, static_cast<std::uint32_t>(asked.limit >> 32),
+  const Scan scan{asked, static_cast<std::uint32_t>(asked.view), static_cast<std::uint32_t>(asked.limit >> 32),
                   static_cast<std::uint32_t>(asked.limit), &found};
   const auto open_limit = hn::Set(d, scan.energy_limit + 1);  // unsigned vectors have < and > only
   LeafCopy copy;
-  for (std::int64_t slice = begin; slice < end; ++slice) {
-    const auto local = slice - layout.slice_begin;
-    std::uint32_t* const words = data + local * layout.slice_words;
-    std::uint32_t* const slice_bounds = bounds + local * layout.leaves;
-    const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
-    const auto opened = [&](std::int64_t i) {  // of the leaves from i on, as bits
-      const auto open = hn::Lt(hn::LoadU(d, slice_bounds + i), open_limit);
-      if (hn::AllFalse(d, open)) return std::uint32_t{0};
-      const auto left = static_cast<std::size_t>(layout.leaves - i);
-      return bits_of(d, left < hn::Lanes(d) ? hn::And(open, hn::FirstN(d, left)) : open);
-    };
-    std::uint32_t bits = opened(0);
-    for (std::int64_t i = 0; i < layout.leaves; i += lanes) {
-      const std::uint32_t next = i + lanes < layout.leaves ? opened(i + lanes) : 0;
-      for (std::uint32_t rest = next; rest != 0; rest &= rest - 1) {
-        const std::uint32_t* leaf = words + (i + lanes + std::countr_zero(rest)) * 64;
-        for (int line = 0; line < 4; ++line) __builtin_prefetch(leaf + 16 * line);
-      }
-      for (; bits != 0; bits &= bits - 1) {
-        const std::int64_t leaf = i + std::countr_zero(bits);
-        const auto position = static_cast<std::uint64_t>(slice * layout.cells + layout.cell_begin + leaf * 64);
-        if (pending != nullptr) bring_up(*pending, layout, words, local, leaf);
-        slice_bounds[leaf] = scan.leaf(leaf_of(layout, words, leaf, asked.view, copy), position);
-        if (found.size() > asked.max_found) return false;
-      }
-      bits = next;
+  const auto local = slice - layout.slice_begin;
+  std::uint32_t* const words = data + local * layout.slice_words;
+  std::uint32_t* const slice_bounds = bounds + local * layout.leaves;
+  const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
+  const auto opened = [&](std::int64_t i) {  // of the leaves from i on, as bits
+    const auto open = hn::Lt(hn::LoadU(d, slice_bounds + i), open_limit);
+    if (hn::AllFalse(d, open)) return std::uint32_t{0};
+    const auto left = static_cast<std::size_t>(end - i);
+    return bits_of(d, left < hn::Lanes(d) ? hn::And(open, hn::FirstN(d, left)) : open);
+  };
+  std::uint32_t bits = begin < end ? opened(begin) : 0;
+  for (std::int64_t i = begin; i < end; i += lanes) {
+    const std::uint32_t next = i + lanes < end ? opened(i + lanes) : 0;
+    for (std::uint32_t rest = next; rest != 0; rest &= rest - 1) {
+      const std::uint32_t* leaf = words + (i + lanes + std::countr_zero(rest)) * 64;
+      for (int line = 0; line < 4; ++line) __builtin_prefetch(leaf + 16 * line);
     }
+    for (; bits != 0; bits &= bits - 1) {
+      const std::int64_t leaf = i + std::countr_zero(bits);
+      const auto position = static_cast<std::uint64_t>(slice * layout.cells + leaf * 64);
+      if (pending != nullptr) bring_up(*pending, layout, words, local, leaf);
+      slice_bounds[leaf] = scan.leaf(leaf_of(layout, words, leaf, asked.view, copy), position);
+      if (found.size() > asked.max_found) return false;
+    }
+    bits = next;
   }
   return true;
 }
@@ -316,9 +302,9 @@ void leaf_minima(const VacLayout& layout, const std::uint32_t* data, VacView vie
   HWY_DYNAMIC_DISPATCH(LeafMinima)(layout, data, view, bounds);
 }
 
-bool scan_leaves(const VacLayout& layout, std::uint32_t* data, VacPending* pending, const VacScan& scan,
-                 std::int64_t begin, std::int64_t end, std::uint32_t* bounds, std::vector<VacCandidate>& found) {
-  return HWY_DYNAMIC_DISPATCH(ScanLeaves)(layout, data, pending, scan, begin, end, bounds, found);
+bool scan_leaves(const VacLayout& layout, std::int64_t slice, std::int64_t begin, std::int64_t end, std::uint32_t* data,
+                 VacPending* pending, const VacScan& scan, std::uint32_t* bounds, std::vector<VacCandidate>& found) {
+  return HWY_DYNAMIC_DISPATCH(ScanLeaves)(layout, slice, begin, end, data, pending, scan, bounds, found);
 }
 
 void bring_up_all(const VacLayout& layout, std::uint32_t* data, VacPending& pending) {

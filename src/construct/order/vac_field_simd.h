@@ -22,10 +22,10 @@ void add_rows_watching(const VacLayout& layout, const VacGroupKernel& group, std
 // The smallest value of each leaf.
 void leaf_minima(const VacLayout& layout, const std::uint32_t* data, VacView view, std::uint32_t* bounds);
 
-// See VacField::scan; of slices [begin, end). Leaves that are opened get what waits for them, where `pending` is not
-// null.
-bool scan_leaves(const VacLayout& layout, std::uint32_t* data, VacPending* pending, const VacScan& scan,
-                 std::int64_t begin, std::int64_t end, std::uint32_t* bounds, std::vector<VacCandidate>& found);
+// See VacField::scan; of leaves [begin, end) of a slice. Leaves that are opened get what waits for them, where
+// `pending` is not null.
+bool scan_leaves(const VacLayout& layout, std::int64_t slice, std::int64_t begin, std::int64_t end, std::uint32_t* data,
+                 VacPending* pending, const VacScan& scan, std::uint32_t* bounds, std::vector<VacCandidate>& found);
 
 // Gives all leaves what waits for them.
 void bring_up_all(const VacLayout& layout, std::uint32_t* data, VacPending& pending);

@@ -1,8 +1,8 @@
 #include "construct/order/vac_fields.h"
 
 #include <algorithm>
+#include <limits>
 
-#include "construct/order/vac_bands.h"
 #include "construct/order/vac_sources.h"
 #include "noiseloom/core/partition.h"
 
@@ -15,23 +15,17 @@ VacFields::VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t 
   begin_ = cells * static_cast<std::uint64_t>(begin);
   end_ = cells * static_cast<std::uint64_t>(end);
   const int threads = pool.num_threads();
-  const std::vector<std::int32_t> rows = band_rows(layout_, kernel, threads);
-  if (begin < end && rows.size() > 2) {
-    for (std::size_t i = 1; i < rows.size(); ++i) {
-      parts_.emplace_back(VacLayout::band(spec, rows[i - 1], rows[i]), kernel);
-      part_ends_.push_back(parts_.back().layout().end_position());
-    }
-    work_.emplace(pool, parts_.size());
-    return;
-  }
+  const auto sizes = VacWindows::sizes(layout_, kernel, threads);
   // Where a group reaches other slices pixel by pixel, each part goes through all picks: then more parts are more work.
   const int num_parts = threads == 1 || !acts_by_slices(kernel) ? threads : 8 * threads;
   const Partition split(end - begin, std::max(1, std::min<int>(num_parts, end - begin)));
   for (int i = 0; i < split.num_ranks(); ++i) {
-    parts_.emplace_back(spec, kernel, begin + split.begin(i), begin + split.end(i));
+    parts_.emplace_back(spec, kernel, begin + split.begin(i), begin + split.end(i),
+                        sizes ? std::numeric_limits<std::int64_t>::max() : VacField::usual_cells_to_wait);
     part_ends_.push_back(cells * static_cast<std::uint64_t>(begin + split.end(i)));
   }
   work_.emplace(pool, parts_.size());
+  if (sizes && begin < end) windows_.emplace(spec, kernel, *sizes, parts_.front(), pool);
 }
 
 VacField& VacFields::part_of(std::uint64_t position) {
@@ -53,6 +47,10 @@ void VacFields::clear() {
   for_each([](VacField& part, std::size_t) { part.clear(); });
 }
 void VacFields::turn_on(std::span<const std::uint64_t> positions) {
+  if (windows_) {
+    windows_->turn_on(positions);
+    return;
+  }
   VacPortion portion;
   portion.positions.assign(positions.begin(), positions.end());
   portion.divide(layout_);

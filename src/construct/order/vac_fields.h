@@ -1,5 +1,6 @@
-// The slices of one rank, in parts for threads to work on. Parts are contiguous blocks of slices, or bands of the rows
-// of the only one, and never write to each other, so neither their number nor that of threads can change anything.
+// The slices of one rank, in parts for threads to work on. Parts are contiguous blocks of slices and never write to each
+// other, so neither their number nor that of threads can change anything. Of one large slice, threads go through windows
+// (vac_windows.h).
 #pragma once
 
 #include <functional>
@@ -9,6 +10,7 @@
 
 #include "construct/order/vac_field.h"
 #include "construct/order/vac_portion.h"
+#include "construct/order/vac_windows.h"
 #include "construct/order/vac_work.h"
 
 namespace noiseloom {
@@ -17,6 +19,9 @@ class VacFields {
  public:
   // Slices [begin, end). Kernel and pool must outlive the fields.
   VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t begin, std::int32_t end, ThreadPool& pool);
+
+  // Where threads go through windows of the only slice: then its picks are taken by them.
+  VacWindows* windows() { return windows_ ? &*windows_ : nullptr; }
 
   std::size_t num_parts() const { return parts_.size(); }
   VacField& part(std::size_t i) { return parts_[i]; }
@@ -46,6 +51,7 @@ class VacFields {
 
   VacLayout layout_;
   std::vector<VacField> parts_;
+  std::optional<VacWindows> windows_;
   std::optional<VacWork> work_;  // by parts
   std::vector<std::uint64_t> part_ends_;
   std::uint64_t begin_;

@@ -20,23 +20,9 @@ VacLayout::VacLayout(const VacSpec& spec, std::int32_t begin, std::int32_t end)
     slice_step[a] = step;
     step *= size[a];
   }
-  set_rows(0, size[1]);
-}
-
-VacLayout VacLayout::band(const VacSpec& spec, std::int32_t row_begin, std::int32_t row_end) {
-  VacLayout result(spec, 0, 1);
-  result.set_rows(row_begin, row_end);
-  return result;
-}
-
-void VacLayout::set_rows(std::int64_t begin, std::int64_t end) {
-  row_begin = begin;
-  row_end = end;
-  cell_begin = begin * size[0];
-  present_cells = (end - begin) * size[0];
-  leaves = (present_cells + leaf_cells - 1) / leaf_cells;
+  leaves = (cells + leaf_cells - 1) / leaf_cells;
   // At least a whole vector behind each slice (a row of taps is padded with zeros), and an odd number of lines.
-  const std::int64_t lines = (present_cells + line_words - 1) / line_words + 1;
+  const std::int64_t lines = (cells + line_words - 1) / line_words + 1;
   slice_words = (lines | 1) * line_words;
 }
 

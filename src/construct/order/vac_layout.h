@@ -14,14 +14,11 @@ struct VacPlace {
   std::int64_t slice;
 };
 
-// How positions map to words. All axes; rows [row_begin, row_end) of slices [slice_begin, slice_end) are present: all
-// rows, but where there is one slice.
+// How positions map to words. All axes; slices [slice_begin, slice_end) are present.
 struct VacLayout {
   static constexpr std::int64_t line_words = 16;  // of a cache line
   static constexpr std::int64_t leaf_cells = 64;
   VacLayout(const VacSpec& spec, std::int32_t begin, std::int32_t end);
-  // Requires one slice. For kernels all of whose groups are of the plane (VacGroupKernel).
-  static VacLayout band(const VacSpec& spec, std::int32_t row_begin, std::int32_t row_end);
 
   int num_axes;
   std::array<std::int64_t, Extents::max_axes> size;
@@ -31,12 +28,8 @@ struct VacLayout {
   std::int64_t num_slices;
   std::int64_t slice_begin;
   std::int64_t slice_end;
-  std::int64_t row_begin;
-  std::int64_t row_end;
-  std::int64_t cell_begin;     // of a slice: the first that is present
-  std::int64_t present_cells;  // of a slice
-  std::int64_t slice_words;    // between the starts of two slices
-  std::int64_t leaves;         // per slice, of the cells that are present
+  std::int64_t slice_words;  // between the starts of two slices
+  std::int64_t leaves;       // per slice
 
   using Coord = std::array<std::int64_t, Extents::max_axes>;
   Coord coord(std::uint64_t position) const;
@@ -52,17 +45,10 @@ struct VacLayout {
     c += c < 0 ? n : -n;
     return toroidal[static_cast<std::size_t>(axis)];
   }
-  bool is_band() const { return present_cells < cells; }
-  bool has_row(std::int64_t y) const { return y >= row_begin && y < row_end; }
   // Positions [first_position(), end_position()) are present.
-  std::uint64_t first_position() const { return static_cast<std::uint64_t>(slice_begin * cells + cell_begin); }
-  std::uint64_t end_position() const {
-    return static_cast<std::uint64_t>(is_band() ? cell_begin + present_cells : slice_end * cells);
-  }
+  std::uint64_t first_position() const { return static_cast<std::uint64_t>(slice_begin * cells); }
+  std::uint64_t end_position() const { return static_cast<std::uint64_t>(slice_end * cells); }
   bool has_slice(std::int64_t slice) const { return slice >= slice_begin && slice < slice_end; }
-
- private:
-  void set_rows(std::int64_t begin, std::int64_t end);
 };
 
 }  // namespace noiseloom

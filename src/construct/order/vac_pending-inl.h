@@ -96,8 +96,8 @@ HWY_INLINE void bring_up_segment(const VacPending& pending, const VacLayout& lay
   using rows::HWY_NAMESPACE::Lanes;
   const Lanes d;
   const auto set = [d](std::int64_t value) HWY_ATTR { return hn::Set(d, static_cast<std::uint32_t>(value)); };
-  const NearBins rows_of_bins(segment.y - pending.reach_y, segment.y + pending.reach_y, pending.num_rows,
-                              pending.rows_wrap, VacPending::y_bits);
+  const NearBins rows_of_bins(segment.y - pending.reach_y, segment.y + pending.reach_y, layout.size[1],
+                              layout.toroidal[1], VacPending::y_bits);
   const NearBins columns(segment.begin - pending.reach_x, segment.end - 1 + pending.reach_x, layout.size[0],
                          layout.toroidal[0], VacPending::x_bits);
   const std::int64_t begin = segment.begin - segment.origin;
@@ -148,13 +148,13 @@ HWY_INLINE void bring_up(VacPending& pending, const VacLayout& layout, std::uint
   up_to = static_cast<std::uint32_t>(pending.batch);
   const VacPending::Bin* const bins = pending.bins.data() + slice * pending.bins_per_slice;
   const std::int64_t width = layout.size[0];
-  const std::int64_t first = layout.cell_begin + leaf * 64;
-  const std::int64_t end = std::min(first + 64, layout.cell_begin + layout.present_cells);
+  const std::int64_t first = leaf * 64;
+  const std::int64_t end = std::min(first + 64, layout.cells);
   for (std::int64_t cell = first; cell < end;) {
     const std::int64_t y = cell / width;
     const std::int64_t x = cell - y * width;
     const std::int64_t end_x = std::min(width, x + end - cell);
-    bring_up_segment(pending, layout, bins, since, {y - pending.first_y, x, end_x, x - (cell - first)},
+    bring_up_segment(pending, layout, bins, since, {y, x, end_x, x - (cell - first)},
                      words + leaf * 64);
     cell += end_x - x;
   }

@@ -22,14 +22,6 @@ std::optional<VacPending> VacPending::make(const VacLayout& layout, const VacKer
   if (!any || !fits(layout.size[0], result.reach_x, x_bits) || !fits(layout.size[1], result.reach_y, y_bits)) {
     return std::nullopt;
   }
-  result.num_rows = layout.size[1];
-  result.rows_wrap = layout.toroidal[1];
-  if (layout.is_band()) {
-    result.first_y = layout.row_begin - result.reach_y;
-    result.num_rows = layout.row_end - layout.row_begin + 2 * result.reach_y;
-    result.rows_wrap = false;
-    if (result.num_rows > layout.size[1]) return std::nullopt;  // some reach it from both sides
-  }
   result.first_column = 63 + result.reach_x;
   result.row_words = 2 * result.first_column + 1;
   result.weights.resize(static_cast<std::size_t>(result.row_words * (2 * result.reach_y + 1)));
@@ -43,7 +35,7 @@ std::optional<VacPending> VacPending::make(const VacLayout& layout, const VacKer
     }
   }
   result.bins_per_row = ((layout.size[0] - 1) >> x_bits) + 1;
-  result.bins_per_slice = result.bins_per_row * (((result.num_rows - 1) >> y_bits) + 1);
+  result.bins_per_slice = result.bins_per_row * (((layout.size[1] - 1) >> y_bits) + 1);
   const std::int64_t slices = layout.slice_end - layout.slice_begin;
   result.bins.resize(static_cast<std::size_t>(slices * result.bins_per_slice));
   result.counts_.resize(result.bins.size());

@@ -34,12 +34,10 @@ class VacPending {
 
   static bool waits(const VacGroupKernel& group) { return group.is_of_plane(); }
 
-  // A pixel of a slice that is present, which reaches rows that are. False where its bin is full: then it must be added
+  // A pixel of a slice that is present. False where its bin is full: then it must be added
   // to the field at once.
   bool add(const VacLayout& layout, const VacPlace& place) {
-    std::int64_t y = place.cell / layout.size[0] - first_y;
-    if (y < 0) y += layout.size[1];
-    if (y >= num_rows) y -= layout.size[1];
+    const std::int64_t y = place.cell / layout.size[0];
     const std::int64_t x = place.cell % layout.size[0];
     const auto i = static_cast<std::size_t>((place.slice - layout.slice_begin) * bins_per_slice +
                                             (y >> y_bits) * bins_per_row + (x >> x_bits));
@@ -65,10 +63,6 @@ class VacPending {
   std::int64_t reach_y = 0;
   std::int64_t first_column = 0;
   std::int64_t row_words = 0;
-  // Bins hold num_rows rows from first_y on: all of a slice, or those that reach a band, around the torus.
-  std::int64_t first_y = 0;
-  std::int64_t num_rows = 0;
-  bool rows_wrap = false;
   std::int64_t bins_per_row = 0;
   std::int64_t bins_per_slice = 0;
   std::int64_t batch = 1;

@@ -4,7 +4,6 @@
 #include <cstring>
 #include <numeric>
 
-#include "construct/order/vac_bands.h"
 #include "construct/order/vac_sources.h"
 
 namespace noiseloom {
@@ -17,23 +16,15 @@ VacSelection::VacSelection(const VacSpec& spec, const VacKernel& kernel, const P
   for (int r = 0; r <= partition.num_ranks(); ++r) {
     rank_positions_.push_back(cells * static_cast<std::uint64_t>(partition.begin(r)));
   }
-  const std::vector<std::int32_t> rows = band_rows(layout, kernel, pool.num_threads());
-  const bool has_bands = partition.count(rank) > 0 && rows.size() > 2;
-  if (has_bands) {
-    for (const std::int32_t row : rows) {
-      part_positions_.push_back(static_cast<std::uint64_t>(row) * static_cast<std::uint64_t>(layout.size[0]));
-    }
-  } else {
-    const Partition split(partition.count(rank), std::clamp(partition.count(rank), 1, pool.num_threads()));
-    for (int i = 0; i <= split.num_ranks(); ++i) {
-      part_positions_.push_back(rank_positions_[static_cast<std::size_t>(rank)] +
-                                cells * static_cast<std::uint64_t>(split.begin(i)));
-    }
+  const Partition split(partition.count(rank), std::clamp(partition.count(rank), 1, pool.num_threads()));
+  for (int i = 0; i <= split.num_ranks(); ++i) {
+    part_positions_.push_back(rank_positions_[static_cast<std::size_t>(rank)] +
+                              cells * static_cast<std::uint64_t>(split.begin(i)));
   }
   work_.emplace(pool, part_positions_.size() - 1);
   // Where a group reaches other slices pixel by pixel, nearly all would wait.
   if (!acts_by_slices(kernel) || (exchange.alone() && part_positions_.size() == 2)) return;
-  for (std::size_t i = 1; i < part_positions_.size(); ++i) selectors_.emplace_back(spec, kernel, !has_bands);
+  for (std::size_t i = 1; i < part_positions_.size(); ++i) selectors_.emplace_back(spec, kernel);
 }
 
 bool VacSelection::divides(std::size_t num_candidates) const {

@@ -1,6 +1,6 @@
 // The picks of a batch, by all threads and ranks.
 //
-// Each thread picks among the candidates of some of its rank's slices, or of a band of the only one (vac_selector.h).
+// Each thread picks among the candidates of some of its rank's slices (vac_selector.h).
 // Then the ranks tell each other what they picked, every rank picks among what waits, which is little, and each finds
 // the numbers of its own picks: how many of all picks come before.
 #pragma once

@@ -6,11 +6,11 @@
 #include <string>
 #include <utility>
 
-#include "construct/order/vac_bands.h"
 #include "construct/order/vac_candidates.h"
 #include "construct/order/vac_selection.h"
 #include "construct/order/vac_start.h"
 #include "construct/order/vac_swapper.h"
+#include "construct/order/vac_windows.h"
 #include "noiseloom/core/random.h"
 
 namespace noiseloom {
@@ -78,8 +78,8 @@ void check_vac_spec(const VacSpec& spec) {
 
 int vac_num_workers(const VacSpec& spec, int ranks, int threads) {
   const std::int32_t slices = spec.extents.num_slices();
-  const auto bands = static_cast<int>(band_rows(VacLayout(spec, 0, slices), VacKernel(spec), threads).size()) - 1;
-  return bands > 1 ? bands : static_cast<int>(std::min(std::int64_t{ranks} * threads, std::int64_t{slices}));
+  const auto sizes = VacWindows::sizes(VacLayout(spec, 0, slices), VacKernel(spec), threads);
+  return sizes ? sizes->bands : static_cast<int>(std::min(std::int64_t{ranks} * threads, std::int64_t{slices}));
 }
 
 VacTieHash::VacTieHash(std::uint64_t seed) {
@@ -101,7 +101,8 @@ struct VoidAndCluster::Impl {
         fields(spec, kernel, begin, end, pool),
         search(fields, exchange, hash),
         selection(spec, kernel, partition, communicator.rank().value(), exchange, pool),
-        order(spec.extents, begin, end) {}
+        order(spec.extents, begin, end),
+        by_windows(exchange.sum(fields.windows() != nullptr ? 1 : 0) > 0) {}
 
   void start() {
     order = VacOrder(spec.extents, begin, end);
@@ -133,12 +134,14 @@ struct VoidAndCluster::Impl {
   void enter_phase() {
     swapper.reset();
     batch = {};
+    placed_before_batch = progress.num_placed;
+    num_in_batch = 0;
     if (progress.phase == VacPhase::done) return;
     fields.clear();
-    if (progress.phase == VacPhase::fill) {
+    if (progress.phase != VacPhase::fill) {
+      if (progress.num_start_points > 0) turn_on_where([&](std::uint64_t p) { return order.is_on(p); });
+    } else if (progress.num_placed > 0) {
       turn_on_where([&](std::uint64_t p) { return order.has_place(p); });
-    } else {
-      turn_on_where([&](std::uint64_t p) { return order.is_on(p); });
     }
     if (progress.phase == VacPhase::swap) {
       swapper.emplace(fields, exchange, hash);
@@ -149,6 +152,7 @@ struct VoidAndCluster::Impl {
 
   void enter_picking() {
     swapper.reset();
+    if (fields.windows() != nullptr) fields.windows()->restart();
     search.refresh_bounds(progress.phase == VacPhase::fill ? VacView::voids : VacView::clusters);
   }
 
@@ -203,6 +207,7 @@ struct VoidAndCluster::Impl {
     const bool filling = progress.phase == VacPhase::fill;
     const VacView view = filling ? VacView::voids : VacView::clusters;
     const auto most = static_cast<std::size_t>(std::min(max_picks, batch_limit));
+    if (by_windows) return pick_by_windows(view, most);
     if (batch.positions.empty()) {
       const std::uint64_t limit = search.find(view, open_fraction(), candidates);
 
@@ -212,17 +217,36 @@ struct VoidAndCluster::Impl {
     const bool is_last = batch.positions.size() <= most;
     VacPortion picks = is_last ? std::exchange(batch, {}) : first_of_batch(most);
     const auto turned = [&](std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) {
-        const std::int64_t placed = placed_before_batch + picks.numbers[i];
-        const auto place = filling ? placed : progress.num_start_points - 1 - placed;
-        order.set_place(picks.positions[i], static_cast<std::uint64_t>(place));
-      }
+      for (std::size_t i = first; i < last; ++i) set_place(picks.positions[i], picks.numbers[i]);
     };
     const auto then = is_last ? search.scan_ahead(view, open_fraction()) : std::nullopt;
     fields.turn_batch(filling, picks, turned, is_last, then ? &*then : nullptr);
     const auto count = static_cast<std::int64_t>(picks.positions.size());
     progress.num_placed += count;
     return count;
+  }
+
+  // The same where one rank goes through windows of the only slice. The field is as far as the whole batch.
+  std::int64_t pick_by_windows(VacView view, std::size_t most) {
+    if (placed_before_batch + num_in_batch == progress.num_placed) {
+      if (fields.windows() != nullptr) fields.windows()->take(view, batch);
+      num_in_batch = exchange.sum(static_cast<std::int64_t>(batch.positions.size()));
+      placed_before_batch = progress.num_placed;
+    }
+    const std::int64_t first = progress.num_placed - placed_before_batch;
+    const std::int64_t count = std::min(static_cast<std::int64_t>(most), num_in_batch - first);
+    for (std::size_t i = 0; i < batch.positions.size(); ++i) {
+      const std::int64_t number = batch.numbers[i];
+      if (number >= first && number < first + count) set_place(batch.positions[i], number);
+    }
+    progress.num_placed += count;
+    return count;
+  }
+
+  void set_place(std::uint64_t position, std::int64_t number_in_batch) {
+    const std::int64_t placed = placed_before_batch + number_in_batch;
+    const auto place = progress.phase == VacPhase::fill ? placed : progress.num_start_points - 1 - placed;
+    order.set_place(position, static_cast<std::uint64_t>(place));
   }
 
   // Takes the next `count` picks out of the batch.
@@ -284,8 +308,10 @@ struct VoidAndCluster::Impl {
   std::int64_t batch_limit = std::numeric_limits<std::int64_t>::max();
   std::optional<VacSwapper> swapper;  // swap
   std::vector<VacCandidate> candidates;
-  VacPortion batch;  // the picks that are left of it
+  VacPortion batch;  // the picks that are left of it; by windows: all of it
   std::int64_t placed_before_batch = 0;
+  bool by_windows;
+  std::int64_t num_in_batch = 0;  // by windows: of all ranks
 };
 
 namespace {

@@ -1,0 +1,173 @@
+// Windows of one slice pick what is picked one by one from the whole field.
+#include "construct/order/vac_windows.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "support/vac_specs.h"
+
+namespace noiseloom {
+namespace {
+
+using namespace testing_support;
+
+std::vector<std::uint64_t> all_positions(const VacSpec& spec) {
+  std::vector<std::uint64_t> all(static_cast<std::size_t>(spec.extents.num_cells()));
+  std::iota(all.begin(), all.end(), std::uint64_t{0});
+  return all;
+}
+
+// Voids: from an empty slice. Clusters: from a full one.
+VacField first_field(const VacSpec& spec, const VacKernel& kernel, VacView view) {
+  VacField field(spec, kernel, 0, 1);
+  if (view == VacView::clusters) field.turn(true, all_positions(spec));
+  return field;
+}
+
+std::vector<std::uint64_t> one_by_one(const VacSpec& spec, const VacKernel& kernel, VacView view) {
+  VacField field = first_field(spec, kernel, view);
+  const VacTieHash hash(spec.seed);
+  const auto flip = static_cast<std::uint32_t>(view);
+  std::vector<std::uint64_t> order;
+  for (std::int64_t n = spec.extents.num_cells(); n > 0; --n) {
+    std::uint64_t best = 0;
+    std::uint64_t best_key = ~std::uint64_t{0};
+    for (std::uint64_t p = 0; p < static_cast<std::uint64_t>(spec.extents.num_cells()); ++p) {
+      const std::uint32_t energy = field.words()[p] ^ flip;
+      const std::uint64_t key = VacCandidate{p, energy, hash(p) ^ flip}.key();
+      if (energy < vac_flag && key < best_key) {
+        best = p;
+        best_key = key;
+      }
+    }
+    order.push_back(best);
+    field.turn(view == VacView::voids, {best});
+  }
+  return order;
+}
+
+struct Batches {
+  std::vector<std::uint64_t> order;
+  std::size_t most = 0;
+  std::size_t count = 0;
+  std::size_t left_over = 0;
+};
+
+Batches by_windows(const VacSpec& spec, const VacKernel& kernel, VacView view, const VacWindows::Sizes& sizes) {
+  VacField field = first_field(spec, kernel, view);
+  ThreadPool pool(sizes.bands);
+  VacWindows windows(spec, kernel, sizes, field, pool);
+  field.refresh_bounds(view);
+  windows.restart();
+  Batches result{std::vector<std::uint64_t>(static_cast<std::size_t>(spec.extents.num_cells()))};
+  VacPortion picks;
+  for (std::size_t num = 0;; num += picks.positions.size(), ++result.count) {
+    windows.take(view, picks);
+    EXPECT_EQ(picks.positions.size(), picks.numbers.size());
+    if (picks.positions.empty() || num + picks.positions.size() > result.order.size()) {
+      EXPECT_EQ(num, result.order.size());
+      break;
+    }
+    result.left_over += windows.num_left_over();
+    result.most = std::max(result.most, picks.positions.size());
+    for (std::size_t i = 0; i < picks.positions.size(); ++i) result.order[num + picks.numbers[i]] = picks.positions[i];
+  }
+  // All are on, or off: and what they add up to is what is added at once.
+  VacField other = first_field(spec, kernel, view == VacView::voids ? VacView::clusters : VacView::voids);
+  for (const std::uint64_t p : all_positions(spec)) EXPECT_EQ(field.words()[p], other.words()[p]) << p;
+  return result;
+}
+
+void expect_the_order_of_one_by_one(const VacSpec& spec, std::int64_t rows) {
+  SCOPED_TRACE(spec.extents.to_string());
+  const VacKernel kernel(spec);
+  const std::int64_t cells = spec.extents.num_cells();
+  for (const VacView view : {VacView::voids, VacView::clusters}) {
+    const std::vector<std::uint64_t> expected = one_by_one(spec, kernel, view);
+    for (const int bands : {1, 2, 3}) {
+      for (const std::int64_t picks : {std::int64_t{1}, cells / 50, cells}) {
+        const Batches batches = by_windows(spec, kernel, view, {bands, rows, picks});
+        ASSERT_EQ(batches.order, expected) << bands << " bands, batches of " << picks;
+        EXPECT_GT(batches.count, 1U);
+      }
+    }
+  }
+}
+
+TEST(VacWindows, GiveTheOrderOfOneByOne) {
+  expect_the_order_of_one_by_one(vac_spec({64, 96}, {{0, 1}}, 0.9), 24);
+  expect_the_order_of_one_by_one(vac_spec({32, 131}, {{0, 1}}, 0.8, 2), 20);  // leaves of two rows, the last one short
+  expect_the_order_of_one_by_one(vac_spec({13, 200}, {{0, 1}}, 0.7, 3), 64);  // leaves across rows
+}
+
+TEST(VacWindows, GiveTheSameWhereEdgesDoNotWrapAround) {
+  VacSpec spec = vac_spec({64, 80}, {{0, 1}}, 0.9);
+  spec.toroidal = {true, false};
+  expect_the_order_of_one_by_one(spec, 24);
+  spec.toroidal = {false, true};
+  expect_the_order_of_one_by_one(spec, 24);
+}
+
+TEST(VacWindows, GiveTheSameWithTwoKernels) {
+  VacSpec spec = vac_spec({64, 90}, {{0, 1}, {0, 1}}, 0.8);
+  spec.groups[1].sigma_px = 1.2;
+  spec.groups[1].weight = 0.2;
+  expect_the_order_of_one_by_one(spec, 30);
+}
+
+// Then all is picked by the one selector of the whole slice.
+TEST(VacWindows, GiveTheSameWhereWindowsAreTooNarrowForAnyPick) {
+  const VacSpec spec = vac_spec({32, 70}, {{0, 1}}, 1.3);
+  expect_the_order_of_one_by_one(spec, 6);
+  EXPECT_EQ(by_windows(spec, VacKernel(spec), VacView::voids, {2, 6, 100}).left_over, 32U * 70U);
+}
+
+// As large as real ones, which pick nearly all before the selector of the whole slice is asked; against other windows.
+TEST(VacWindows, GiveTheSameWhateverTheirSizes) {
+  const VacSpec spec = vac_spec({192, 640}, {{0, 1}});
+  const VacKernel kernel(spec);
+  const auto usual = by_windows(spec, kernel, VacView::voids, {1, 208, 2000});
+  EXPECT_LT(usual.most, 12000U);
+  EXPECT_GT(usual.count, 40U);
+  EXPECT_LT(usual.left_over, 1000U);
+  EXPECT_EQ(by_windows(spec, kernel, VacView::voids, {3, 208, 2000}).order, usual.order);
+  EXPECT_EQ(by_windows(spec, kernel, VacView::voids, {2, 100, 9000}).order, usual.order);
+}
+
+TEST(VacWindows, TurnOnAnyPixels) {
+  for (const bool wraps : {true, false}) {
+    VacSpec spec = vac_spec({64, 200}, {{0, 1}}, 1.3);
+    spec.toroidal = {true, wraps};
+    spec.density = 0.3;
+    const VacKernel kernel(spec);
+    const std::vector<std::uint64_t> points = vac_start_pattern(spec);
+    VacField expected(spec, kernel, 0, 1);
+    expected.turn(true, points);
+    for (const int bands : {1, 2, 3}) {
+      VacField field(spec, kernel, 0, 1);
+      ThreadPool pool(bands);
+      VacWindows(spec, kernel, {bands, 40, 100}, field, pool).turn_on(points);
+      for (const std::uint64_t p : all_positions(spec)) ASSERT_EQ(field.words()[p], expected.words()[p]) << p;
+    }
+  }
+}
+
+TEST(VacWindows, AreForLargeSlicesAlone) {
+  const auto bands = [](VacSpec spec, int threads) {
+    const auto sizes = VacWindows::sizes(VacLayout(spec, 0, spec.extents.num_slices()), VacKernel(spec), threads);
+    return sizes ? sizes->bands : 0;
+  };
+  EXPECT_EQ(bands(vac_spec({4096, 4096}, {{0, 1}}), 1), 1);
+  EXPECT_EQ(bands(vac_spec({4096, 4096}, {{0, 1}}), 8), 8);
+  EXPECT_EQ(bands(vac_spec({1024, 1024}, {{0, 1}}), 1), 0);  // which the third cache holds
+  EXPECT_EQ(bands(vac_spec({512, 512}, {{0, 1}}), 64), 2);
+  EXPECT_EQ(bands(vac_spec({256, 256}, {{0, 1}}), 2), 0);
+  EXPECT_EQ(bands(vac_spec({65536, 64}, {{0, 1}}), 2), 0);  // lower than a window
+  EXPECT_EQ(bands(vac_spec({4096, 4096, 2}, {{0, 1}, {2}}), 2), 0);
+  EXPECT_EQ(bands(vac_spec({4096, 4096}, {{0, 1}, {1}}), 2), 0);  // a group over y
+}
+
+}  // namespace
+}  // namespace noiseloom
