@@ -120,10 +120,11 @@ PlanMemory order_memory(const VacSpec& spec, double kernel_taps, const PlanReque
   memory.texture = own * (4 + order);
   memory.filter = 16 * kernel_taps;
   // Bounds of the search; the candidates of all, which every thread files for itself; and the messages that they come
-  // in.
+  // in. Windows have few candidates each.
   constexpr double message_bytes = 1.2 * mebi;
-  memory.threads = own * 2.5 + as_double(spec.extents.num_cells()) * 1.1 * request.threads +
-                   message_bytes * (ranks_on_node(request) - 1);
+  const bool by_windows = vac_division(spec, request.ranks, request.threads).by_windows;
+  const double candidates = by_windows ? mebi : as_double(spec.extents.num_cells()) * 1.1;
+  memory.threads = own * 2.5 + candidates * request.threads + message_bytes * (ranks_on_node(request) - 1);
   memory.at_save = cells * (4 + order);
   return memory;
 }

@@ -134,7 +134,7 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request) {
     time.exchange = (2 * plan.phases.swaps + pixels / 256) * 10e-6 * std::log2(request.ranks);
     plan.exchange.bytes = pixels * 17;
   }
-  const double workers = vac_num_workers(spec, request.ranks, request.threads);
+  const double workers = vac_division(spec, request.ranks, request.threads).workers;
   // Swaps go one after another; the rest is shared out but for what waits for other slices.
   time.moves = swap_cost * plan.phases.swaps * measured.seconds_per_place +
                pixels * measured.seconds_per_place * (0.2 + 0.8 / workers);

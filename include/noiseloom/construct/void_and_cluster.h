@@ -77,9 +77,13 @@ void check_vac_spec(const VacSpec& spec);
 // Energies are in units of 2^-this: the largest of at most 30 that leaves bit 31 free whichever pixels are on.
 int vac_scale_log2(const VacSpec& spec);
 
-// How many of the threads of `ranks` ranks have pixels of their own: those of whole slices, or of bands of the rows of
-// the only one.
-int vac_num_workers(const VacSpec& spec, int ranks, int threads);
+// How the pixels are divided among the threads of `ranks` ranks: by slices, or by bands of the rows of a single large
+// slice, whose fields then go through the caches window by window.
+struct VacDivision {
+  int workers;  // threads with pixels of their own
+  bool by_windows;
+};
+VacDivision vac_division(const VacSpec& spec, int ranks, int threads);
 
 // The keyed hash that breaks ties of energy. For positions below 2^32 it is a bijection, so no two are equal.
 class VacTieHash {

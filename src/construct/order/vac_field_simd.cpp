@@ -66,20 +66,20 @@ HWY_INLINE void each_plane_row(const VacLayout& layout, const VacGroupKernel& gr
 template <class A>
 HWY_INLINE void add_plane(const VacLayout& layout, const VacGroupKernel& group, std::uint32_t* data, const A& add,
                           std::uint64_t position) {
-  each_plane_row(layout, group, data, position,
-                       [&](const VacRow& row, std::int64_t x, std::uint32_t* line)
-                           HWY_ATTR { add_row(layout, row, group.weights.data(), add, x, line); });
+  each_plane_row(layout, group, data, position, [&](const VacRow& row, std::int64_t x, std::uint32_t* line) HWY_ATTR {
+    add_row(layout, row, group.weights.data(), add, x, line);
+  });
 }
 
 // Fetches the lines that add_plane will write to.
 HWY_INLINE void prefetch_plane(const VacLayout& layout, const VacGroupKernel& group, const std::uint32_t* data,
                                std::uint64_t position) {
   each_plane_row(layout, group, data, position,
-                       [](const VacRow& row, std::int64_t x, const std::uint32_t* line) HWY_ATTR {
-                         const std::uint32_t* const begin = line + std::max<std::int64_t>(x - row.lo, 0);
-                         __builtin_prefetch(begin, 1);
-                         __builtin_prefetch(begin + row.lo + row.hi, 1);
-                       });
+                 [](const VacRow& row, std::int64_t x, const std::uint32_t* line) HWY_ATTR {
+                   const std::uint32_t* const begin = line + std::max<std::int64_t>(x - row.lo, 0);
+                   __builtin_prefetch(begin, 1);
+                   __builtin_prefetch(begin + row.lo + row.hi, 1);
+                 });
 }
 
 template <class A>

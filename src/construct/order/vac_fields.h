@@ -1,6 +1,6 @@
-// The slices of one rank, in parts for threads to work on. Parts are contiguous blocks of slices and never write to each
-// other, so neither their number nor that of threads can change anything. Of one large slice, threads go through windows
-// (vac_windows.h).
+// The slices of one rank, in parts for threads to work on. Parts are contiguous blocks of slices and never write to
+// each other, so neither their number nor that of threads can change anything. Of one large slice, threads go through
+// windows (vac_windows.h).
 #pragma once
 
 #include <functional>

@@ -154,8 +154,7 @@ HWY_INLINE void bring_up(VacPending& pending, const VacLayout& layout, std::uint
     const std::int64_t y = cell / width;
     const std::int64_t x = cell - y * width;
     const std::int64_t end_x = std::min(width, x + end - cell);
-    bring_up_segment(pending, layout, bins, since, {y, x, end_x, x - (cell - first)},
-                     words + leaf * 64);
+    bring_up_segment(pending, layout, bins, since, {y, x, end_x, x - (cell - first)}, words + leaf * 64);
     cell += end_x - x;
   }
 }

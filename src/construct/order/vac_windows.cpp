@@ -130,7 +130,8 @@ std::uint64_t VacWindows::find(const Rows& rows, std::uint64_t after, Worker& wo
   constexpr std::size_t num_samples = 256;
   const std::uint32_t least = after == 0 ? 0 : energy_of(after) + 1;
   const std::uint32_t energy = std::min(limit_, low_bound(rows, least, num_samples, worker.sample).value_or(limit_));
-  auto most = static_cast<std::size_t>(std::max<std::int64_t>(rows.size() * layout_.size[0] / VacLayout::leaf_cells, 4096));
+  auto most =
+      static_cast<std::size_t>(std::max<std::int64_t>(rows.size() * layout_.size[0] / VacLayout::leaf_cells, 4096));
   for (std::uint64_t limit = key_of_all(energy);;) {
     worker.found.clear();
     bool found_all = true;
@@ -185,8 +186,8 @@ VacWindows::Window VacWindows::pick_in(Window window, Worker& worker) {
     limit = find(window.seen, limit, worker);
     const auto first_of_row = [&](std::int64_t row) {
       const auto position = static_cast<std::uint64_t>((row - window.seen.begin) * width);
-      return static_cast<std::size_t>(
-          std::ranges::lower_bound(worker.found, position, {}, &VacCandidate::position) - worker.found.begin());
+      return static_cast<std::size_t>(std::ranges::lower_bound(worker.found, position, {}, &VacCandidate::position) -
+                                      worker.found.begin());
     };
     worker.selector.begin(view_, worker.found, first_of_row(window.own.begin), first_of_row(window.own.end), limit);
     worker.selector.pick();
@@ -264,7 +265,8 @@ void VacWindows::take(VacView view, VacPortion& picks) {
     const auto low = low_bound(all, 0, num_samples, rest_.sample);
     if (!low) break;
     const std::uint32_t last_limit = limit_;
-    limit_ = std::max(*low, static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{limit_} + step_, vac_flag - 1)));
+    limit_ = std::max(*low,
+                      static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{limit_} + step_, vac_flag - 1)));
     work_.for_each([&](std::size_t band) { pick_in_band(band); });
     work_.for_each([&](std::size_t band) { pick_around_begin_of(band); });
     pick_in({all, all}, rest_);
@@ -291,8 +293,11 @@ void VacWindows::number(VacPortion& picks) {
   picks.numbers.resize(num);
   if (num == 0) return;
   const auto [least, most] = std::ranges::minmax(picks_, {}, &Pick::key);
-  const int shift = std::max(0, static_cast<int>(std::bit_width(most.key - least.key)) - static_cast<int>(std::bit_width(num)));
-  const auto bucket = [&, least = least.key](const Pick& pick) { return static_cast<std::size_t>((pick.key - least) >> shift); };
+  const int shift =
+      std::max(0, static_cast<int>(std::bit_width(most.key - least.key)) - static_cast<int>(std::bit_width(num)));
+  const auto bucket = [&, least = least.key](const Pick& pick) {
+    return static_cast<std::size_t>((pick.key - least) >> shift);
+  };
   buckets_.assign(bucket(most) + 2, 0);
   for (const Pick& pick : picks_) ++buckets_[bucket(pick) + 1];
   std::partial_sum(buckets_.begin(), buckets_.end(), buckets_.begin());
@@ -318,9 +323,8 @@ void VacWindows::turn_on(std::span<const std::uint64_t> positions) {
     const auto last = std::ranges::lower_bound(first, positions.end(), static_cast<std::uint64_t>(end * width));
     return std::span(first, last);
   };
-  work_.for_each([&](std::size_t band) {
-    turn(in_rows(band_rows_[band] + reach_, band_rows_[band + 1] - reach_), true);
-  });
+  work_.for_each(
+      [&](std::size_t band) { turn(in_rows(band_rows_[band] + reach_, band_rows_[band + 1] - reach_), true); });
   work_.for_each([&](std::size_t band) {
     turn(in_rows(std::max<std::int64_t>(band_rows_[band] - reach_, 0), band_rows_[band] + reach_), true);
     if (band == 0) turn(in_rows(layout_.size[1] - reach_, layout_.size[1]), true);

@@ -76,10 +76,11 @@ void check_vac_spec(const VacSpec& spec) {
   throw_if_any(std::move(faults));
 }
 
-int vac_num_workers(const VacSpec& spec, int ranks, int threads) {
+VacDivision vac_division(const VacSpec& spec, int ranks, int threads) {
   const std::int32_t slices = spec.extents.num_slices();
   const auto sizes = VacWindows::sizes(VacLayout(spec, 0, slices), VacKernel(spec), threads);
-  return sizes ? sizes->bands : static_cast<int>(std::min(std::int64_t{ranks} * threads, std::int64_t{slices}));
+  if (sizes) return {sizes->bands, true};
+  return {static_cast<int>(std::min(std::int64_t{ranks} * threads, std::int64_t{slices})), false};
 }
 
 VacTieHash::VacTieHash(std::uint64_t seed) {
