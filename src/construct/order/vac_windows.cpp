@@ -37,23 +37,29 @@ std::optional<VacWindows::Sizes> VacWindows::sizes(const VacLayout& layout, cons
   const bool of_plane = std::ranges::all_of(kernel.groups(), [](const auto& group) { return group.is_of_plane(); });
   const std::int64_t height = layout.size[1];
   const std::int64_t step = row_step(layout);
-  // What a window leaves over at its end grows with the picks that a footprint meets in a batch: five footprints for
-  // as many picks.
-  const std::int64_t least_rows = (16 * (reach_of(kernel) + 1) + step - 1) / step * step;
-  const std::int64_t bands = std::min<std::int64_t>(num_threads, height / least_rows);
+  // What a window leaves over at its end grows with the picks that a footprint meets in a batch: about as many rows as
+  // footprints reach to one side for each. So windows are as high as many footprints, and lower ones have fewer picks.
+  constexpr std::int64_t usual_reaches = 16;
+  constexpr std::int64_t fewest_reaches = 8;
+  constexpr std::int64_t picks_in_footprint = 7;
+  const std::int64_t reach = reach_of(kernel) + 1;
+  const auto whole_leaves = [step](std::int64_t rows) { return (rows + step - 1) / step * step; };
+  const std::int64_t bands = std::min<std::int64_t>(num_threads, height / whole_leaves(fewest_reaches * reach));
   constexpr std::int64_t fewest_cells = std::int64_t{1} << 17;
   constexpr std::int64_t fewest_of_one_band = std::int64_t{1} << 22;
   if (layout.num_slices != 1 || !of_plane || layout.cells < (bands > 1 ? fewest_cells : fewest_of_one_band) ||
-      bands < 1 || height < 2 * least_rows) {
+      bands < 1) {
     return std::nullopt;
   }
   constexpr std::int64_t window_cells = std::int64_t{1} << 19;  // half of a second cache of 1 MiB, and the third
-  const std::int64_t rows = std::max(least_rows, window_cells / layout.size[0] / step * step);
+  const std::int64_t wanted_rows =
+      std::max(whole_leaves(usual_reaches * reach), window_cells / layout.size[0] / step * step);
+  const std::int64_t rows = std::min(wanted_rows, height / bands / step * step);
   std::size_t taps = 1;
   for (const VacGroupKernel& group : kernel.groups()) taps = std::max(taps, group.weights.size());
-  constexpr std::int64_t picks_in_footprint = 7;
-  return Sizes{static_cast<int>(bands), std::min(rows, height / bands / step * step),
-               std::max<std::int64_t>(picks_in_footprint * layout.cells / static_cast<std::int64_t>(taps), 1)};
+  const std::int64_t picks = picks_in_footprint * layout.cells / static_cast<std::int64_t>(taps);
+  return Sizes{static_cast<int>(bands), rows,
+               std::max<std::int64_t>(picks * std::min(rows, usual_reaches * reach) / (usual_reaches * reach), 1)};
 }
 
 VacWindows::VacWindows(const VacSpec& spec, const VacKernel& kernel, const Sizes& sizes, VacField& field,
