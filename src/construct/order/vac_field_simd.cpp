@@ -251,11 +251,15 @@ bool ScanLeaves(const VacLayout& layout, std::int64_t slice, std::int64_t begin,
   std::uint32_t* const words = data + local * layout.slice_words;
   std::uint32_t* const slice_bounds = bounds + local * layout.leaves;
   const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
-  const auto opened = [&](std::int64_t i) {  // of the leaves from i on, as bits
-    const auto open = hn::Lt(hn::LoadU(d, slice_bounds + i), open_limit);
-    if (hn::AllFalse(d, open)) return std::uint32_t{0};
-    const auto left = static_cast<std::size_t>(end - i);
-    return bits_of(d, left < hn::Lanes(d) ? hn::And(open, hn::FirstN(d, left)) : open);
+  HWY_ALIGN std::array<std::uint32_t, hn::MaxLanes(d)> last;
+  const auto opened = [&](std::int64_t i) HWY_ATTR {  // of the leaves from i on, as bits
+    const std::uint32_t* some = slice_bounds + i;
+    if (end - i < lanes) {  // those behind are not looked at: another thread may write to them
+      last.fill(~std::uint32_t{0});
+      some = std::copy_n(some, end - i, last.begin()) - (end - i);
+    }
+    const auto open = hn::Lt(hn::LoadU(d, some), open_limit);
+    return hn::AllFalse(d, open) ? std::uint32_t{0} : bits_of(d, open);
   };
   std::uint32_t bits = begin < end ? opened(begin) : 0;
   for (std::int64_t i = begin; i < end; i += lanes) {

@@ -69,6 +69,7 @@ VacWindows::VacWindows(const VacSpec& spec, const VacKernel& kernel, const Sizes
       layout_(field.layout()),
       hash_(spec.seed),
       reach_(reach_of(kernel)),
+      reach_of_vectors_(reach_ + (std::int64_t{VacGroupKernel::padding} + layout_.size[0] - 1) / layout_.size[0]),
       row_step_(row_step(layout_)),
       window_rows_((sizes.rows + row_step_ - 1) / row_step_ * row_step_),
       wanted_picks_(sizes.picks),
@@ -236,7 +237,7 @@ void VacWindows::pick_in_band(std::size_t band) {
     window.seen.begin = std::max(rows.begin, leaf_begin(std::max<std::int64_t>(begin - reach_, 0)));
     window.seen.end = std::min(rows.end, window.seen.begin + window_rows_);
     const bool is_last = window.seen.end == rows.end;
-    window.own = {begin, window.seen.end - (is_last && is_last_open ? 0 : reach_)};
+    window.own = {begin, window.seen.end - (is_last && is_last_open ? 0 : reach_of_vectors_)};
     if (window.own.size() <= 0) return;
     const std::int64_t left_over = pick_in(window, workers_[band]).own.end;
     if (is_last) return;
@@ -253,7 +254,7 @@ void VacWindows::pick_around_begin_of(std::size_t band) {
   const std::int64_t begin = band_rows_[band];
   const std::int64_t before = is_first ? middle_of(workers_.size() - 1) - layout_.size[1] : middle_of(band - 1);
   const Rows seen{std::max(before, leaf_end(begin - half)), std::min(middle_of(band), leaf_begin(begin + half))};
-  const Rows own{seen.begin + reach_, seen.end - reach_};
+  const Rows own{seen.begin + reach_, seen.end - reach_of_vectors_};
   if (own.size() > 0) pick_in({seen, own}, workers_[band]);
 }
 
@@ -329,11 +330,13 @@ void VacWindows::turn_on(std::span<const std::uint64_t> positions) {
     const auto last = std::ranges::lower_bound(first, positions.end(), static_cast<std::uint64_t>(end * width));
     return std::span(first, last);
   };
-  work_.for_each(
-      [&](std::size_t band) { turn(in_rows(band_rows_[band] + reach_, band_rows_[band + 1] - reach_), true); });
   work_.for_each([&](std::size_t band) {
-    turn(in_rows(std::max<std::int64_t>(band_rows_[band] - reach_, 0), band_rows_[band] + reach_), true);
-    if (band == 0) turn(in_rows(layout_.size[1] - reach_, layout_.size[1]), true);
+    turn(in_rows(band_rows_[band] + reach_, band_rows_[band + 1] - reach_of_vectors_), true);
+  });
+  work_.for_each([&](std::size_t band) {
+    const std::int64_t begin = band_rows_[band];
+    turn(in_rows(std::max<std::int64_t>(begin - reach_of_vectors_, 0), begin + reach_), true);
+    if (band == 0) turn(in_rows(layout_.size[1] - reach_of_vectors_, layout_.size[1]), true);
   });
 }
 

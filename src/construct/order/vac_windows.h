@@ -37,7 +37,7 @@ class VacWindows {
   // The field is that of all rows of the slice. Kernel, field and pool must outlive the windows.
   VacWindows(const VacSpec& spec, const VacKernel& kernel, const Sizes& sizes, VacField& field, ThreadPool& pool);
 
-  // Turns on some pixels, ascending. Requires bands at least four times as high as footprints reach.
+  // Turns on some pixels, ascending. Requires bands five times as high as footprints reach.
   void turn_on(std::span<const std::uint64_t> positions);
   // To be called before take(), where pixels were turned by others or the other way. Bounds must be right.
   void restart();
@@ -94,6 +94,9 @@ class VacWindows {
   const VacLayout& layout_;
   VacTieHash hash_;
   std::int64_t reach_ = 0;
+  // What picks write to may end past the rows that they reach: whole vectors go on in the next row, which they leave as
+  // it is.
+  std::int64_t reach_of_vectors_;
   std::int64_t row_step_;
   std::int64_t window_rows_;
   std::int64_t wanted_picks_;
