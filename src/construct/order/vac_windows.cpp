@@ -41,7 +41,7 @@ std::optional<VacWindows::Sizes> VacWindows::sizes(const VacLayout& layout, cons
   // footprints reach to one side for each. So windows are as high as many footprints, and lower ones have fewer picks.
   constexpr std::int64_t usual_reaches = 16;
   constexpr std::int64_t fewest_reaches = 8;
-  constexpr std::int64_t picks_in_footprint = 7;
+  constexpr std::int64_t picks_in_footprint = 4;
   const std::int64_t reach = reach_of(kernel) + 1;
   const auto whole_leaves = [step](std::int64_t rows) { return (rows + step - 1) / step * step; };
   const std::int64_t bands = std::min<std::int64_t>(num_threads, height / whole_leaves(fewest_reaches * reach));
@@ -55,9 +55,11 @@ std::optional<VacWindows::Sizes> VacWindows::sizes(const VacLayout& layout, cons
   const std::int64_t wanted_rows =
       std::max(whole_leaves(usual_reaches * reach), window_cells / layout.size[0] / step * step);
   const std::int64_t rows = std::min(wanted_rows, height / bands / step * step);
-  std::size_t taps = 1;
-  for (const VacGroupKernel& group : kernel.groups()) taps = std::max(taps, group.weights.size());
-  const std::int64_t picks = picks_in_footprint * layout.cells / static_cast<std::int64_t>(taps);
+  std::int64_t taps = 1;
+  for (const VacGroupKernel& group : kernel.groups()) {
+    taps = std::max<std::int64_t>(taps, std::ranges::count_if(group.weights, [](auto weight) { return weight != 0; }));
+  }
+  const std::int64_t picks = picks_in_footprint * layout.cells / taps;
   return Sizes{static_cast<int>(bands), rows,
                std::max<std::int64_t>(picks * std::min(rows, usual_reaches * reach) / (usual_reaches * reach), 1)};
 }
