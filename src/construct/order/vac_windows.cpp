@@ -191,7 +191,7 @@ VacWindows::Window VacWindows::pick_in(Window window, Worker& worker) {
   const std::int64_t width = layout_.size[0];
   const std::int64_t middle = (window.own.begin + window.own.end) / 2;
   const bool is_part = window.seen.size() > window.own.size();
-  for (std::uint64_t limit = 0; limit < key_of_all(limit_);) {
+  for (std::uint64_t limit = 0; limit < key_of_all(limit_) && window.own.size() > 0;) {
     limit = find(window.seen, limit, worker);
     const auto first_of_row = [&](std::int64_t row) {
       const auto position = static_cast<std::uint64_t>((row - window.seen.begin) * width);
