@@ -130,11 +130,12 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request) {
   time.stop = "order";
   time.candidate_us = measured.seconds_per_place * 1e6;
   // About 17 bytes a pick, in batches of hundreds. As in the summary, what a rank tells all others counts once.
-  if (request.ranks > 1) {
+  const VacDivision division = vac_division(spec, request.ranks, request.threads);
+  if (request.ranks > 1 && !division.by_windows) {
     time.exchange = (2 * plan.phases.swaps + pixels / 256) * 10e-6 * std::log2(request.ranks);
     plan.exchange.bytes = pixels * 17;
   }
-  const double workers = vac_division(spec, request.ranks, request.threads).workers;
+  const double workers = division.workers;
   // Swaps go one after another; the rest is shared out but for what waits for other slices.
   time.moves = swap_cost * plan.phases.swaps * measured.seconds_per_place +
                pixels * measured.seconds_per_place * (0.2 + 0.8 / workers);

@@ -61,18 +61,14 @@ Batches by_windows(const VacSpec& spec, const VacKernel& kernel, VacView view, c
   VacWindows windows(spec, kernel, sizes, field, pool);
   field.refresh_bounds(view);
   windows.restart();
-  Batches result{std::vector<std::uint64_t>(static_cast<std::size_t>(spec.extents.num_cells()))};
-  VacPortion picks;
-  for (std::size_t num = 0;; num += picks.positions.size(), ++result.count) {
-    windows.take(view, picks);
-    EXPECT_EQ(picks.positions.size(), picks.numbers.size());
-    if (picks.positions.empty() || num + picks.positions.size() > result.order.size()) {
-      EXPECT_EQ(num, result.order.size());
-      break;
-    }
+  Batches result;
+  for (;; ++result.count) {
+    const std::span<const std::uint64_t> picks = windows.take(view);
+    if (picks.empty()) break;
     result.left_over += windows.num_left_over();
-    result.most = std::max(result.most, picks.positions.size());
-    for (std::size_t i = 0; i < picks.positions.size(); ++i) result.order[num + picks.numbers[i]] = picks.positions[i];
+    result.most = std::max(result.most, picks.size());
+    result.order.insert(result.order.end(), picks.begin(), picks.end());
+    if (result.order.size() > static_cast<std::size_t>(spec.extents.num_cells())) break;
   }
   // All are on, or off: and what they add up to is what is added at once.
   VacField other = first_field(spec, kernel, view == VacView::voids ? VacView::clusters : VacView::voids);
@@ -134,6 +130,46 @@ TEST(VacWindows, GiveTheSameWhateverTheirSizes) {
   EXPECT_LT(usual.left_over, 1000U);
   EXPECT_EQ(by_windows(spec, kernel, VacView::voids, {3, 208, 2000}).order, usual.order);
   EXPECT_EQ(by_windows(spec, kernel, VacView::voids, {2, 100, 9000}).order, usual.order);
+}
+
+// A run that goes on from half, or from all points of a pattern, has no batches before that tell how large the next is.
+TEST(VacWindows, TakeAboutAsManyAsWantedAfterARestart) {
+  VacSpec spec = vac_spec({192, 640}, {{0, 1}});
+  spec.density = 0.4;
+  const VacKernel kernel(spec);
+  constexpr std::size_t wanted = 1000;
+  for (const VacView view : {VacView::voids, VacView::clusters}) {
+    VacField field(spec, kernel, 0, 1);
+    ThreadPool pool(2);
+    VacWindows windows(spec, kernel, {2, 208, wanted}, field, pool);
+    windows.turn_on(vac_start_pattern(spec));
+    for (int phase = 0; phase < 3; ++phase) {
+      field.refresh_bounds(view);
+      windows.restart();
+      for (int batch = 0; batch < 4; ++batch) {
+        const std::size_t num = windows.take(view).size();
+        EXPECT_GT(num, 0U);
+        EXPECT_LT(num, 4 * wanted) << phase << ' ' << batch;
+      }
+    }
+  }
+}
+
+// Whose candidates lie in bins of another kind.
+TEST(VacWindows, GiveTheSameInVeryWideSlices) {
+  VacSpec spec = vac_spec({33024, 16}, {{0, 1}}, 0.6);
+  spec.density = 0;
+  const Communicator self = Communicator::self();
+  ThreadPool pool(1);
+  VoidAndCluster plain(spec, self, pool);
+  plain.start();
+  while (!plain.done()) plain.advance(1'000'000);
+  const std::vector<std::byte> bytes = plain.order(SliceIndex(0));
+  const auto order = by_windows(spec, VacKernel(spec), VacView::voids, {2, 8, 5000}).order;
+  ASSERT_EQ(order.size(), 33024U * 16U);
+  for (std::uint64_t place = 0; place < order.size(); ++place) {
+    ASSERT_EQ(plain.codec().get(bytes, order[place]), place);
+  }
 }
 
 TEST(VacWindows, TurnOnAnyPixels) {

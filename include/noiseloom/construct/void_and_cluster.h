@@ -42,12 +42,13 @@
 //   swap   each rank offers its best cluster, then its best void: two collectives of 16 bytes a swap.
 //   drain, fill   a batch: the ranks agree on a limit, each finds the pixels of its slices with a key up to it, these
 //          candidates (position and energy, about five bytes each) go to all, each thread of each rank picks among
-//          those of its own slices (or its band of rows of the only slice), the picks (eight bytes a candidate) go to
-//          all, every rank picks among those that had to wait for other slices, and all is carried out in the own
-//          slices. Three collectives of MPI's a batch, which is hundreds to tens of thousands of picks: numbers of
-//          bytes and the next limit, the candidates, the picks. Exact because keys only rise while pixels are turned on
-//          (off): all that the picks up to the limit depend on are the candidates (vac_selector.h). Limits change where
-//          batches end, not the picks.
+//          those of its own slices, the picks (eight bytes a candidate) go to all, every rank picks among those that
+//          had to wait for other slices, and all is carried out in the own slices. Three collectives of MPI's a batch,
+//          which is hundreds to tens of thousands of picks: numbers of bytes and the next limit, the candidates, the
+//          picks. Exact because keys only rise while pixels are turned on (off): all that the picks up to the limit
+//          depend on are the candidates (vac_selector.h). Limits change where batches end, not the picks. Of a single
+//          large slice whose groups are all over x and y, the rank that has it takes the picks alone, its threads in
+//          bands of rows (vac_windows.h), and one sum a batch travels.
 // So all decisions are made from the same integers on every rank, and no rank or thread count can change them.
 #pragma once
 
@@ -80,8 +81,8 @@ int vac_scale_log2(const VacSpec& spec);
 // How the pixels are divided among the threads of `ranks` ranks: by slices, or by bands of the rows of a single large
 // slice, whose fields then go through the caches window by window.
 struct VacDivision {
-  int workers;  // threads with pixels of their own
-  bool by_windows;
+  int workers;      // threads with pixels of their own
+  bool by_windows;  // also where the slice is so large that one thread alone goes through windows
 };
 VacDivision vac_division(const VacSpec& spec, int ranks, int threads);
 

@@ -34,8 +34,7 @@ class VacPending {
 
   static bool waits(const VacGroupKernel& group) { return group.is_of_plane(); }
 
-  // A pixel of a slice that is present. False where its bin is full: then it must be added
-  // to the field at once.
+  // A pixel of a slice that is present. False where its bin is full: then it must be added to the field at once.
   bool add(const VacLayout& layout, const VacPlace& place) {
     const std::int64_t y = place.cell / layout.size[0];
     const std::int64_t x = place.cell % layout.size[0];

@@ -6,9 +6,10 @@
 // brought up to date afterwards, in any order.
 //
 // The least of a neighbourhood is picked, whatever happens elsewhere: nothing can raise it before. So a selector can
-// pick among candidates of its own with others around, which other threads pick among. A candidate in whose footprint
-// another's lies that may come first waits, and so do those behind it in its own footprint; what waits is picked later
-// by one selector for all (vac_selection.h). The order is that of the keys, so nothing is lost by picking apart.
+// pick among candidates of its own with others around, which other threads pick among, or nobody yet. A candidate in
+// whose footprint another's lies that may come first waits, and so do those behind it in its own footprint; what waits
+// is picked later by one selector for all (vac_selection.h), or found again (vac_windows.h). The order is that of the
+// keys, so nothing is lost by picking apart.
 #pragma once
 
 #include <algorithm>
@@ -35,10 +36,12 @@ struct VacPick {
 // Aligned, as each thread writes to one.
 class alignas(64) VacSelector {
  public:
-  // With `in_slices`, candidates of one slice are always own ones of the same selector.
+  // With `in_slices`, candidates of one slice are always own ones of the same selector; without, they may be of
+  // windows.
   VacSelector(const VacSpec& spec, const VacKernel& kernel, bool in_slices = true);
 
-  // A new batch: `candidates` are all pixels of the texture with key <= limit, ascending in position, and stay where
+  // A new batch: `candidates` are all pixels of the texture (or the window that `spec` describes) with key <= limit,
+  // ascending in position, and stay where
   // they are while picks are taken; [first, last) of them are this selector's own.
   void begin(VacView view, std::span<const VacCandidate> candidates, std::size_t first, std::size_t last,
              std::uint64_t limit);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <utility>
 
 #include "construct/order/vac_field_simd.h"
 
@@ -47,8 +48,9 @@ std::optional<VacWindows::Sizes> VacWindows::sizes(const VacLayout& layout, cons
   const std::int64_t bands = std::min<std::int64_t>(num_threads, height / whole_leaves(fewest_reaches * reach));
   constexpr std::int64_t fewest_cells = std::int64_t{1} << 17;
   constexpr std::int64_t fewest_of_one_band = std::int64_t{1} << 22;
+  constexpr std::int64_t most_cells = std::int64_t{1} << 32;  // with keys that are all different
   if (layout.num_slices != 1 || !of_plane || layout.cells < (bands > 1 ? fewest_cells : fewest_of_one_band) ||
-      bands < 1) {
+      layout.cells > most_cells || bands < 1) {
     return std::nullopt;
   }
   constexpr std::int64_t window_cells = std::int64_t{1} << 19;  // half of a second cache of 1 MiB, and the third
@@ -108,11 +110,10 @@ void VacWindows::each_run(const Rows& rows, const Visit& visit) const {
           shift * width);
   };
   run(std::max<std::int64_t>(rows.begin + height, 0), rows.begin < 0 ? height : 0, -rows.begin - height);
-  run(std::max<std::int64_t>(rows.begin, 0), std::min(rows.end, height), -rows.begin);
-  run(0, rows.end - height, height - rows.begin);
+  run(std::max<std::int64_t>(rows.begin, 0), rows.end, -rows.begin);
 }
 
-// A bound that a quarter of the leaves keep to, of those that have a pixel left and a bound of at least `least`.
+// A bound that a sixth of the leaves keep to, of those that have a pixel left and a bound of at least `least`.
 std::optional<std::uint32_t> VacWindows::low_bound(const Rows& rows, std::uint32_t least, std::size_t num_samples,
                                                    std::vector<std::uint32_t>& sample) const {
   const std::span<const std::uint32_t> bounds = field_.bounds();
@@ -175,8 +176,7 @@ void VacWindows::give_back(const Rows& rows, std::span<const VacCandidate> found
 
 std::uint64_t VacWindows::position_of(const Rows& rows, std::uint64_t position_in_rows) const {
   const std::int64_t position = static_cast<std::int64_t>(position_in_rows) + rows.begin * layout_.size[0];
-  return static_cast<std::uint64_t>(position + (position < 0 ? layout_.cells : 0) -
-                                    (position >= layout_.cells ? layout_.cells : 0));
+  return static_cast<std::uint64_t>(position < 0 ? position + layout_.cells : position);
 }
 
 void VacWindows::turn(std::span<const std::uint64_t> positions, bool on) {
@@ -261,11 +261,20 @@ void VacWindows::pick_around_begin_of(std::size_t band) {
 }
 
 void VacWindows::restart() {
+  is_fresh_ = true;
   limit_ = 0;
   step_ = 0;
 }
 
-void VacWindows::take(VacView view, VacPortion& picks) {
+// What an eighth as many keep to, after low_bound(): where there was no batch before, the first one is taken to have
+// begun there. (The least of all says nothing, where the pixels that are on are scattered by chance.)
+static std::uint32_t lower_than_low(std::vector<std::uint32_t>& sample) {
+  const auto lower = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 48);
+  std::nth_element(sample.begin(), lower, sample.end());
+  return *lower;
+}
+
+std::span<const std::uint64_t> VacWindows::take(VacView view) {
   view_ = view;
   picks_.clear();
   while (picks_.empty()) {
@@ -273,9 +282,9 @@ void VacWindows::take(VacView view, VacPortion& picks) {
     constexpr std::size_t num_samples = 1024;
     const auto low = low_bound(all, 0, num_samples, rest_.sample);
     if (!low) break;
-    const std::uint32_t last_limit = limit_;
-    limit_ = std::max(*low,
-                      static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{limit_} + step_, vac_flag - 1)));
+    const std::uint32_t from = std::exchange(is_fresh_, false) ? lower_than_low(rest_.sample) : limit_;
+    constexpr std::uint64_t most_limit = vac_flag - 1;
+    limit_ = std::max(*low, static_cast<std::uint32_t>(std::min(std::uint64_t{from} + step_, most_limit)));
     work_.for_each([&](std::size_t band) { pick_in_band(band); });
     work_.for_each([&](std::size_t band) { pick_around_begin_of(band); });
     pick_in({all, all}, rest_);
@@ -288,18 +297,18 @@ void VacWindows::take(VacView view, VacPortion& picks) {
     append(rest_);
     // Energies rise evenly with the number of picks but at the beginning, so that the next step is as the last one was.
     const double growth =
-        std::clamp(static_cast<double>(wanted_picks_) / static_cast<double>(picks_.size() + 1), 0.5, 2.0);
-    const double step = static_cast<double>(std::max(limit_ - last_limit, 1U)) * growth;
-    step_ = static_cast<std::uint32_t>(std::clamp(step, 1.0, static_cast<double>(vac_flag - 1)));
+        std::clamp(static_cast<double>(wanted_picks_) / static_cast<double>(picks_.size() + 1), 1.0 / 16, 2.0);
+    const double step = static_cast<double>(std::max(limit_ - from, 1U)) * growth;
+    step_ = static_cast<std::uint32_t>(std::clamp(step, 1.0, static_cast<double>(most_limit)));
   }
-  number(picks);
+  sort_picks();
+  return positions_;
 }
 
 // By buckets of equal width in key, which keep about one each.
-void VacWindows::number(VacPortion& picks) {
+void VacWindows::sort_picks() {
   const std::size_t num = picks_.size();
-  picks.positions.resize(num);
-  picks.numbers.resize(num);
+  positions_.resize(num);
   if (num == 0) return;
   const auto [least, most] = std::ranges::minmax(picks_, {}, &Pick::key);
   const int shift =
@@ -310,19 +319,16 @@ void VacWindows::number(VacPortion& picks) {
   buckets_.assign(bucket(most) + 2, 0);
   for (const Pick& pick : picks_) ++buckets_[bucket(pick) + 1];
   std::partial_sum(buckets_.begin(), buckets_.end(), buckets_.begin());
-  ascending_.resize(num);
+  sorted_.resize(num);
   // buckets_[b] is where bucket b begins, until it is filled: then where it ends.
-  for (std::uint32_t i = 0; i < num; ++i) ascending_[buckets_[bucket(picks_[i])]++] = i;
-  std::uint32_t begin = 0;
-  for (const std::uint32_t end : buckets_) {
-    if (end - begin > 1) {
-      std::sort(ascending_.begin() + begin, ascending_.begin() + end,
-                [&](std::uint32_t a, std::uint32_t b) { return picks_[a].key < picks_[b].key; });
-    }
+  for (const Pick& pick : picks_) sorted_[buckets_[bucket(pick)]++] = pick;
+  std::size_t begin = 0;
+  for (const std::size_t end : buckets_) {
+    const auto first = sorted_.begin() + static_cast<std::ptrdiff_t>(begin);
+    if (end - begin > 1) std::ranges::sort(first, sorted_.begin() + static_cast<std::ptrdiff_t>(end), {}, &Pick::key);
     begin = end;
   }
-  for (std::uint32_t n = 0; n < num; ++n) picks.numbers[ascending_[n]] = n;
-  std::ranges::transform(picks_, picks.positions.begin(), &Pick::position);
+  std::ranges::transform(sorted_, positions_.begin(), &Pick::position);
 }
 
 void VacWindows::turn_on(std::span<const std::uint64_t> positions) {

@@ -1,10 +1,10 @@
 // The order of one large slice, window by window.
 //
 // The least key of a neighbourhood is picked, whatever happens elsewhere: keys only rise, so nothing that is picked
-// later can come before it. So a window of rows can run ahead of the rest of the slice, and stays in the second and
-// third cache while it does: the field, which is larger than any cache, goes through memory once for many batches of a
-// window instead of once for each. A candidate that has a lesser one in its footprint whose own surroundings are not
-// seen has to wait (vac_selector.h), and from it on rows are left to the next window.
+// later can come before it. So a window of rows can run ahead of the rest of the slice, and stays in the caches while
+// it does, unless its rows are very long: the field, which is larger than any cache, goes through memory once for many
+// batches of a window instead of once for each. A candidate that has a lesser one in its footprint whose own
+// surroundings are not seen has to wait (vac_selector.h), and from it on rows are left to the next window.
 //
 // Threads go through bands of rows, from the first window to the last. They neither read nor write beyond their bands,
 // so that what lies on the edges is left over; windows around the edges pick that, and one selector for the whole slice
@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "construct/order/vac_field.h"
-#include "construct/order/vac_portion.h"
 #include "construct/order/vac_selector.h"
 #include "construct/order/vac_work.h"
 
@@ -37,18 +36,18 @@ class VacWindows {
   // The field is that of all rows of the slice. Kernel, field and pool must outlive the windows.
   VacWindows(const VacSpec& spec, const VacKernel& kernel, const Sizes& sizes, VacField& field, ThreadPool& pool);
 
-  // Turns on some pixels, ascending. Requires bands five times as high as footprints reach.
+  // Turns on some pixels, ascending. Requires bands six times as high as footprints reach, as those of sizes() are.
   void turn_on(std::span<const std::uint64_t> positions);
   // To be called before take(), where pixels were turned by others or the other way. Bounds must be right.
   void restart();
-  // Turns on (off) the next picks, and says which they are, in no order of their positions, and their numbers. Nothing
-  // when none is left.
-  void take(VacView view, VacPortion& picks);
+  // Turns on (off) the next picks and says which they are, in their order: about as many as wanted, few after
+  // restart(), none when no pixel is left. Valid until the next call.
+  std::span<const std::uint64_t> take(VacView view);
   // How many of them windows left over.
   std::size_t num_left_over() const { return num_left_over_; }
 
  private:
-  // Rows [begin, end). Those below 0 and past the last one stand for rows around the torus.
+  // Rows [begin, end). Those below 0 stand for the last ones, around the torus.
   struct Rows {
     std::int64_t begin;
     std::int64_t end;
@@ -87,7 +86,7 @@ class VacWindows {
   Window pick_in(Window window, Worker& worker);
   void pick_in_band(std::size_t band);
   void pick_around_begin_of(std::size_t band);
-  void number(VacPortion& picks);
+  void sort_picks();
 
   const VacKernel& kernel_;
   VacField& field_;
@@ -106,12 +105,14 @@ class VacWindows {
   VacWork work_;
 
   VacView view_ = VacView::voids;
+  bool is_fresh_ = true;
   std::uint32_t limit_ = 0;  // energies up to this one are picked
   std::uint32_t step_ = 0;
   std::size_t num_left_over_ = 0;
   std::vector<Pick> picks_;
-  std::vector<std::uint32_t> buckets_;
-  std::vector<std::uint32_t> ascending_;
+  std::vector<std::size_t> buckets_;
+  std::vector<Pick> sorted_;
+  std::vector<std::uint64_t> positions_;
 };
 
 }  // namespace noiseloom

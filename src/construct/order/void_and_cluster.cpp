@@ -100,10 +100,11 @@ struct VoidAndCluster::Impl {
         hash(spec.seed),
         exchange(communicator),
         fields(spec, kernel, begin, end, pool),
+        by_windows(exchange.sum(fields.windows() != nullptr ? 1 : 0) > 0),
         search(fields, exchange, hash),
-        selection(spec, kernel, partition, communicator.rank().value(), exchange, pool),
-        order(spec.extents, begin, end),
-        by_windows(exchange.sum(fields.windows() != nullptr ? 1 : 0) > 0) {}
+        order(spec.extents, begin, end) {
+    if (!by_windows) selection.emplace(spec, kernel, partition, communicator.rank().value(), exchange, pool);
+  }
 
   void start() {
     order = VacOrder(spec.extents, begin, end);
@@ -135,6 +136,7 @@ struct VoidAndCluster::Impl {
   void enter_phase() {
     swapper.reset();
     batch = {};
+    batch_of_windows = {};
     placed_before_batch = progress.num_placed;
     num_in_batch = 0;
     if (progress.phase == VacPhase::done) return;
@@ -212,7 +214,7 @@ struct VoidAndCluster::Impl {
     if (batch.positions.empty()) {
       const std::uint64_t limit = search.find(view, open_fraction(), candidates);
 
-      selection.take(view, candidates, limit, most, batch);
+      selection->take(view, candidates, limit, most, batch);
       placed_before_batch = progress.num_placed;
     }
     const bool is_last = batch.positions.size() <= most;
@@ -230,15 +232,14 @@ struct VoidAndCluster::Impl {
   // The same where one rank goes through windows of the only slice. The field is as far as the whole batch.
   std::int64_t pick_by_windows(VacView view, std::size_t most) {
     if (placed_before_batch + num_in_batch == progress.num_placed) {
-      if (fields.windows() != nullptr) fields.windows()->take(view, batch);
-      num_in_batch = exchange.sum(static_cast<std::int64_t>(batch.positions.size()));
+      if (fields.windows() != nullptr) batch_of_windows = fields.windows()->take(view);
+      num_in_batch = exchange.sum(static_cast<std::int64_t>(batch_of_windows.size()));
       placed_before_batch = progress.num_placed;
     }
     const std::int64_t first = progress.num_placed - placed_before_batch;
     const std::int64_t count = std::min(static_cast<std::int64_t>(most), num_in_batch - first);
-    for (std::size_t i = 0; i < batch.positions.size(); ++i) {
-      const std::int64_t number = batch.numbers[i];
-      if (number >= first && number < first + count) set_place(batch.positions[i], number);
+    if (!batch_of_windows.empty()) {
+      for (std::int64_t i = first; i < first + count; ++i) set_place(batch_of_windows[static_cast<std::size_t>(i)], i);
     }
     progress.num_placed += count;
     return count;
@@ -302,17 +303,19 @@ struct VoidAndCluster::Impl {
   VacTieHash hash;
   VacExchange exchange;
   VacFields fields;
+  bool by_windows;
   VacSearch search;
-  VacSelection selection;
+  std::optional<VacSelection> selection;
   VacOrder order;
   VacProgress progress;
   std::int64_t batch_limit = std::numeric_limits<std::int64_t>::max();
   std::optional<VacSwapper> swapper;  // swap
   std::vector<VacCandidate> candidates;
-  VacPortion batch;  // the picks that are left of it; by windows: all of it
+  VacPortion batch;  // the picks that are left of it
   std::int64_t placed_before_batch = 0;
-  bool by_windows;
-  std::int64_t num_in_batch = 0;  // by windows: of all ranks
+  // By windows: all of it, on the rank that has them, and how many they are.
+  std::span<const std::uint64_t> batch_of_windows;
+  std::int64_t num_in_batch = 0;
 };
 
 namespace {
