@@ -90,6 +90,8 @@ void add_memory(const RunPlan& plan, Lines& lines) {
 void add_exchange(const RunPlan& plan, Lines& lines) {
   if (plan.request.ranks == 1) {
     lines.add("exchange", "none: one rank");
+  } else if (plan.method == "void-and-cluster" && plan.exchange.bytes == 0) {
+    lines.add("exchange", "hardly any: one rank has the only slice, and tells how many pixels it has placed");
   } else if (plan.method == "void-and-cluster") {
     lines.add("exchange", "candidates for the picks, a batch at a time; about {} in all",
               bytes_text(plan.exchange.bytes));

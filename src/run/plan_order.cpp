@@ -129,11 +129,13 @@ RunPlan plan_order(const RunConfig& config, const PlanRequest& request) {
   PlanTime& time = plan.time;
   time.stop = "order";
   time.candidate_us = measured.seconds_per_place * 1e6;
-  // About 17 bytes a pick, in batches of hundreds. As in the summary, what a rank tells all others counts once.
   const VacDivision division = vac_division(spec, request.ranks, request.threads);
-  if (request.ranks > 1 && !division.by_windows) {
-    time.exchange = (2 * plan.phases.swaps + pixels / 256) * 10e-6 * std::log2(request.ranks);
-    plan.exchange.bytes = pixels * 17;
+  if (request.ranks > 1) {
+    // About 17 bytes a pick, in batches of hundreds. As in the summary, what a rank tells all others counts once. Of
+    // windows hardly anything travels but the swaps before.
+    const double batches = division.by_windows ? 0 : pixels / 256;
+    time.exchange = (2 * plan.phases.swaps + batches) * 10e-6 * std::log2(request.ranks);
+    plan.exchange.bytes = division.by_windows ? 0 : pixels * 17;
   }
   const double workers = division.workers;
   // Swaps go one after another; the rest is shared out but for what waits for other slices.
