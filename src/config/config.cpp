@@ -36,7 +36,7 @@ void settle_method(RunConfig& config, int channels) {
   if (optimizer.method != Method::automatic) return;
   const ProblemSpec& problem = config.problem;
   const bool constructs = scale_of(problem.samples, channels).has_value() &&
-                          problem.value_kernel.kind == ValueKernelKind::distance && config.start.file.empty() &&
+                          problem.value_kernel.kind == ValueKernelKind::distance && !config.start.is_given() &&
                           problem.stratify == Stratify::slice;
   const ConstructSpec defaults;
   const bool asks_for_construction =

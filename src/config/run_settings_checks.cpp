@@ -248,6 +248,19 @@ void check_auto(Reader& reader, const Value& root, RunConfig& config) {
   }
 }
 
+// Of a list from a file, only the file knows how many channels it has.
+void check_start_pattern(Reader& reader, const Value& root, const RunConfig& config) {
+  const Value* value = find_at(root, "optimizer.start.pattern");
+  if (value == nullptr || config.start.pattern != StartPattern::lattice || !reader.decided("texture.samples.space"))
+    return;
+  const SampleSpec& samples = config.problem.samples;
+  const bool is_scalar = samples.curve == Curve::none && (samples.is_file() || num_channels(samples) == 1);
+  if (is_scalar && scale_of(samples, 1) == SampleScale::line) return;
+  reader.fault(*value, "optimizer.start.pattern",
+               "a lattice is for scalars that are compared by their difference (uniform, tent, gauss, exponential or a "
+               "file of one channel)");
+}
+
 // Nets and orders have strata of their own, and who names the start has placed every sample.
 void check_time_strata(Reader& reader, const Value& root, RunConfig& config) {
   ProblemSpec& problem = config.problem;
@@ -260,7 +273,7 @@ void check_time_strata(Reader& reader, const Value& root, RunConfig& config) {
   if (space_traits(problem.samples).is_net) {
     reader.fault(*value, shown, fmt::format("slice+time does not go with the nets of {}", problem.samples.space));
   }
-  if (!config.start.file.empty()) {
+  if (config.start.is_given()) {
     reader.fault(*value, shown, "slice+time makes its own start; leave optimizer.start out");
   }
   if (sizes == nullptr || sizes->table() == nullptr) return;
@@ -295,6 +308,7 @@ void check_method(Reader& reader, const Value& root, const Owners& owners) {
   check_curve(reader, root, config.problem.samples);
   check_sizes_of_nets(reader, root, config);
   check_time_strata(reader, root, config);
+  check_start_pattern(reader, root, config);
   if (const Value* groups = find_at(root, "filter.groups"); groups != nullptr && groups->array() != nullptr) {
     check_order_energies(reader, *groups, config);
   }

@@ -37,6 +37,15 @@ constexpr Word stratify_table[] = {
      "time temporal slice-time"},
 };
 
+// In the order of StartPattern.
+constexpr Word start_pattern_table[] = {
+    {"none", "as without a start", "no off"},
+    {"lattice",
+     "scalars in a rank-1 lattice that has little R under the filter: stripes, all but the best there is under small "
+     "boxes",
+     "rank-1 rank1 regular"},
+};
+
 constexpr Word precision_table[] = {
     {"float", "32 bits", "single fp32 float32"},
     {"double", "64 bits", "dual fp64 float64"},
@@ -136,7 +145,8 @@ std::vector<Setting> rows() {
       {.key = "optimizer.start",
        .type = Type::table,
        .sentence = "The arrangement that annealing goes on from, in place of a random one.",
-       .when = {"optimizer.method", "anneal auto"}},
+       .when = {"optimizer.method", "anneal auto"},
+       .one_of = true},
       {.key = "optimizer.start.file",
        .type = Type::file,
        .sentence =
@@ -144,7 +154,12 @@ std::vector<Setting> rows() {
            "its slices must hold the very samples of texture.samples, in any arrangement; for a texture of "
            "your own, name it in both places. Read when a run begins.",
        .field = [](RunConfig& c) -> Field { return &c.start.file; },
-       .required = true,
+       .zero_is_unset = true},
+      {.key = "optimizer.start.pattern",
+       .type = Type::word,
+       .sentence = "A pattern that is made for the filter.",
+       .field = [](RunConfig& c) -> Field { return &c.start.pattern; },
+       .words = start_pattern_table,
        .zero_is_unset = true},
       {.key = "optimizer.precision",
        .type = Type::word,

@@ -48,7 +48,7 @@ std::string described(const SliceDataset& dataset) {
 }  // namespace
 
 bool begins_with_arrangement(const RunConfig& config) {
-  return config.optimizer.method == Method::construct || config.optimizer.strata > 1 || !config.start.file.empty();
+  return config.optimizer.method == Method::construct || config.optimizer.strata > 1 || config.start.is_given();
 }
 
 std::int64_t algorithm_of(Method method) {

@@ -16,6 +16,7 @@
 #include "run/checkpoint_parts.h"
 #include "run/memory_words.h"
 #include "run/start_file.h"
+#include "run/start_lattice.h"
 
 namespace noiseloom {
 namespace {
@@ -53,9 +54,27 @@ void SwapJob::prepare(const Communicator& communicator, ThreadPool& pool) {
 
 void SwapJob::start(double run_s) {
   if (spec_.strata > 1) return start_from_time_strata(run_s);
-  if (config_.start.file.empty()) return optimizer_->start();
+  if (!config_.start.is_given()) return optimizer_->start();
+  if (config_.start.file.empty()) return start_from_lattice(run_s);
   StartFile start(config_.start.file, config_.problem.extents, source_, optimizer_->slices_held(), *communicator_);
   start_from([&](SliceIndex slice) { return start.take_permutation(slice); }, run_s);
+}
+
+void SwapJob::start_from_lattice(double run_s) {
+  const ProblemSpec& problem = config_.problem;
+  std::optional<Lattice> lattice;
+  communicator_->together(
+      [&] { naming_shortage("finding a lattice", [&] { lattice = start_lattice(config_, source_.channels()); }); });
+  const std::vector<std::uint32_t> first = lattice_places(*lattice, problem.extents);
+  const auto permutation = [&](SliceIndex slice) {
+    const std::uint64_t ahead = places_ahead(*lattice, problem.extents, slice);
+    Permutation samples(first.size());
+    std::ranges::transform(first, samples.begin(), [&](std::uint64_t place) {
+      return SampleId(static_cast<std::uint32_t>((place + ahead) % first.size()));
+    });
+    return samples;
+  };
+  start_from(permutation, run_s);
 }
 
 // Scalars are all but done; of other samples their places along a curve are but a start.
@@ -113,6 +132,9 @@ std::vector<SliceDataset> SwapJob::datasets() const { return run_datasets(source
 
 std::string SwapJob::start_words() const {
   if (spec_.strata > 1) return "constructing strata over time, then the score of that";
+  if (config_.start.pattern == StartPattern::lattice) {
+    return "finding the lattice, its score, and trials of how hot annealing may begin";
+  }
   return begins_with_arrangement(config_)
              ? "taking up the arrangement, its score, and trials of how hot annealing may begin"
              : "placing the samples, then two scores: the mean distance of all samples, and R of the start";
@@ -158,7 +180,8 @@ std::string SwapJob::given_words() const {
   communicator_->sum(sums);
   if (sums[0] != sums[1]) throw std::logic_error("annealing changed the samples of a slice");
   const std::string digest = to_hex(static_cast<std::uint64_t>(sums[1]));
-  const char* const origin = config_.start.file.empty() ? "the construction" : "the file";
+  const bool is_lattice = config_.start.pattern == StartPattern::lattice;
+  const char* const origin = is_lattice ? "the lattice" : config_.start.file.empty() ? "the construction" : "the file";
   const std::string done =
       optimizer_->sweep() == 0   ? fmt::format("that of {}; annealing did not begin", origin)
       : optimizer_->kept_given() ? fmt::format("that of {}, which annealing did not improve", origin)

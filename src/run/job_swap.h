@@ -44,6 +44,7 @@ class SwapJob : public Job {
   std::string score_text() const;
   std::string given_words() const;
   void start_from_time_strata(double run_s);
+  void start_from_lattice(double run_s);
   void start_from(const PermutationOf& permutation, double run_s);
   void join(const Joining& joining, double run_s);
 

@@ -6,16 +6,35 @@
 #include <cmath>
 
 #include "noiseloom/config/inputs.h"
+#include "noiseloom/core/stopwatch.h"
 #include "noiseloom/files/output_probe.h"
 #include "noiseloom/samples/sample_space.h"
 #include "run/plan_memory.h"
 #include "run/plan_swap.h"
+#include "run/start_lattice.h"
 
 namespace noiseloom {
 
 // What threads work with is first touched when slices move.
 double PlanMemory::peak() const {
   return held() + std::max(at_start, threads + std::max({at_move, at_score, at_save}));
+}
+
+// Finds it, as every rank will.
+static void add_lattice(const RunConfig& config, RunPlan& plan) {
+  const Stopwatch watch;
+  const Extents& extents = config.problem.extents;
+  const int channels = num_channels(config.problem.samples, extents.cells_per_slice(), extents.num_slices());
+  const Lattice lattice = start_lattice(config, channels);
+  std::string cycles;
+  for (int axis = 0; axis < extents.num_axes(); ++axis) {
+    const std::int64_t of_axis = lattice.cycles[static_cast<std::size_t>(axis)];
+    cycles += fmt::format("{}{} along {}", axis == 0 ? "" : ", ", of_axis, extents.name(axis));
+  }
+  plan.effects.push_back(
+      {"lattice", true,
+       fmt::format("to begin with; cycles: {}; R about {:.3g} with uniform samples", cycles, lattice.relative_error)});
+  plan.time.start += watch.seconds();
 }
 
 RunPlan plan_run(const RunConfig& config, const PlanRequest& request) {
@@ -41,8 +60,9 @@ RunPlan plan_run(const RunConfig& config, const PlanRequest& request) {
                                              : plan_construct_and_anneal(config, request);
     default: {
       if (config.optimizer.strata > 1) return plan_strata(config, request);
-      if (config.start.file.empty()) return plan_swaps(config, request, Start::random);
+      if (!config.start.is_given()) return plan_swaps(config, request, Start::random);
       RunPlan plan = plan_swaps(config, request, Start::given);
+      if (config.start.pattern == StartPattern::lattice) add_lattice(config, plan);
       add_trials(config, plan);
       return plan;
     }

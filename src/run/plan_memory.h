@@ -29,6 +29,7 @@ struct SwapSizes {
   bool is_given = false;    // the arrangement that the run begins with is kept
   std::int64_t visit = 1;   // iterations of a visit
   double file_samples = 0;  // values that a user's file brings
+  bool begins_with_lattice = false;
 };
 
 // Of one rank; its slices and halo slices are known.

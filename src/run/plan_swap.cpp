@@ -213,7 +213,8 @@ SwapSizes SwapPlan::sizes() const {
           .has_pdf = samples_.has_pdf,
           .is_given = start_ == Start::given,
           .visit = plan_.iterations_per_sweep,
-          .file_samples = samples_.file_values};
+          .file_samples = samples_.file_values,
+          .begins_with_lattice = config_.start.pattern == StartPattern::lattice};
 }
 
 void SwapPlan::add_ranks() {

@@ -177,6 +177,9 @@ TEST(ConfigFaults, NameKeysOfOtherKernelsAndMethods) {
       {&ConfigText::optimizer, "method = \"fast\"\ntemperature = { start = 1 }",
        "run.toml:15: optimizer.temperature = { start = 1 }: applies only with method = \"anneal\", \"construct\" or "
        "\"auto\"; here it is \"fast\""},
+      {&ConfigText::optimizer, "start = { pattern = \"lattice\", file = \"a.h5\" }",
+       "run.toml:14: optimizer.start = { pattern = \"lattice\", file = \"a.h5\" }: must have exactly one of file, "
+       "pattern"},
       {&ConfigText::optimizer, "method = \"fast\"\nstart = { file = \"a.h5\" }",
        "run.toml:15: optimizer.start = { file = \"a.h5\" }: applies only with method = \"anneal\" or \"auto\"; here it "
        "is \"fast\""},

@@ -112,6 +112,7 @@ TEST(DescribeSettings, NamesEveryKeyThatAConfigCanHold) {
                           "optimizer.method",
                           "optimizer.stop.iterations",
                           "optimizer.start.file",
+                          "optimizer.start.pattern",
                           "optimizer.stop.time",
                           "optimizer.stop.score",
                           "optimizer.stop.improvement",

@@ -50,6 +50,7 @@ void expect_equal(const RunConfig& a, const RunConfig& b) {
   EXPECT_EQ(a.optimizer.stop.score, b.optimizer.stop.score);
   EXPECT_EQ(a.optimizer.stop.improvement, b.optimizer.stop.improvement);
   EXPECT_EQ(a.start.file, b.start.file);
+  EXPECT_EQ(a.start.pattern, b.start.pattern);
   EXPECT_EQ(a.optimizer.precision, b.optimizer.precision);
   EXPECT_EQ(a.optimizer.cutoff, b.optimizer.cutoff);
   EXPECT_EQ(a.optimizer.background_features, b.optimizer.background_features);
@@ -202,6 +203,26 @@ TEST(Config, RoundTripsExactlyForEverySampleSpaceKernelAndNumber) {
              : "cutoff = 0.1\nbackground_features = 5\nsieve_features = 7\ntemperature = { start = 3, end = 1e-7 }");
     expect_round_trip(parsed(text.text()));
   }
+}
+
+TEST(Config, StartsFromAPattern) {
+  ConfigText text;
+  const auto read = [&](const char* optimizer) {
+    text.optimizer = optimizer;
+    const RunConfig config = parse_config(text.text(), "run.toml", "", {});
+    expect_round_trip(config);
+    return config.start;
+  };
+  EXPECT_EQ(read("start = { pattern = \"lattice\" }").pattern, StartPattern::lattice);
+  EXPECT_FALSE(read("start = { pattern = \"none\" }").is_given());
+  EXPECT_FALSE(read("").is_given());
+  // What the command line says takes the place of what the file does.
+  text.optimizer = "start = { file = \"a.h5\" }";
+  const RunConfig other = parse_config(text.text(), "run.toml", "", {"optimizer.start.pattern=lattice"});
+  EXPECT_EQ(other.start.pattern, StartPattern::lattice);
+  EXPECT_TRUE(other.start.file.empty());
+  text.optimizer = "start = { pattern = \"lattice\" }";
+  EXPECT_FALSE(parse_config(text.text(), "run.toml", "", {"optimizer.start.pattern=none"}).start.is_given());
 }
 
 TEST(Config, EveryConfigOfTheRepositoryRoundTrips) {

@@ -186,6 +186,35 @@ class Auto(ProgramTest):
                       "features"):
             self.assertIn(words, plan)
 
+    def test_start_from_a_lattice(self):
+        text = SCALARS.replace("24", "32").replace("17", "32") + 'start = { pattern = "lattice" }\nstop = { iterations = 40 }\n'
+        text = re.sub("groups.*", 'groups = [ { axes = "xy", kernel = "box", size = 3 }, { axes = "t", kernel = "box", size = 2 } ]', text)
+        told = self.generate(text, "one.h5").stdout
+        self.assertIn("that of the lattice", told)
+        samples, state = self.read("one.h5")
+        self.generate(re.sub("start.*\nstop.*", "", text), "constructed.h5")
+        self.assertLess(state["given_error"], 0.8 * self.read("constructed.h5")[1]["relative_error"])
+        self.assertLessEqual(state["relative_error"], state["given_error"])
+        for ranks in (2, 5):
+            self.generate(text, "many.h5", "--overwrite", ranks=ranks)
+            self.assertEqual(self.info("many.h5")["checksums"], self.info("one.h5")["checksums"])
+        self.generate(text, "again.h5", "--time-limit", "0.000001s", expect=75)
+        self.generate(text, "again.h5", "--resume")
+        self.assertEqual(self.info("again.h5")["checksums"], self.info("one.h5")["checksums"])
+        plan = self.run_program("plan", self.write("run.toml", text)).stdout
+        self.assertRegex(plan, r"lattice: on \(to begin with; cycles: \d+ along x, \d+ along y, \d+ along t; R about 0\.0\d+ with uniform")
+
+        numpy.save(self.folder / "list.npy", numpy.random.default_rng(1).random((32 * 32, 2), dtype=numpy.float32))
+        refused = (('"vector2"', 'optimizer.start.pattern = "lattice": a lattice is for scalars'), ('"circle"', "a lattice is for scalars"),
+                   ('{ file = "list.npy" }', "its samples have 2 channels"))
+        for samples, words in refused:
+            self.assertIn(words, self.generate(text.replace('"uniform"', samples), "out.h5", expect=2).stderr)
+        two = text.replace('pattern = "lattice"', 'pattern = "lattice", file = "one.h5"')
+        self.assertIn("must have exactly one of file, pattern", self.generate(two, "out.h5", expect=2).stderr)
+        along = re.sub("groups.*", 'groups = [ { axes = "t", kernel = "box", size = 2 } ]', text)
+        self.assertIn("optimizer.start.pattern: a lattice follows from how pixels of a slice act", self.generate(along, "out.h5", expect=2).stderr)
+        self.assertFalse((self.folder / "out.h5").exists())
+
     def test_start_from_a_run_file(self):
         annealed = SCALARS + 'method = "anneal"\nstop = { iterations = 20 }\n'
         self.generate(annealed, "first.h5")

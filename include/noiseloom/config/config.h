@@ -13,9 +13,13 @@
 
 namespace noiseloom {
 
+enum class StartPattern { none, lattice };
+
 // The arrangement that a run begins with.
 struct StartSpec {
-  std::string file;  // a run file or a .npy; empty: random
+  std::string file;  // a run file or a .npy
+  StartPattern pattern = StartPattern::none;
+  bool is_given() const { return !file.empty() || pattern != StartPattern::none; }
 };
 
 // File names in `problem` can be opened as they are: the config's folder is part of them.

@@ -1,0 +1,151 @@
+#include "noiseloom/construct/lattice.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "noiseloom/core/error.h"
+#include "support/construct_problems.h"
+
+namespace noiseloom {
+namespace {
+
+using namespace testing_support;
+
+Lattice lattice_of(const Extents& extents, const FilterSpec& filter) {
+  return find_lattice(Footprint(extents, filter));
+}
+
+std::vector<std::uint32_t> places_of(const Lattice& lattice, const Extents& extents, SliceIndex slice) {
+  std::vector<std::uint32_t> places = lattice_places(lattice, extents);
+  const std::size_t ahead = places_ahead(lattice, extents, slice);
+  for (std::uint32_t& place : places) place = static_cast<std::uint32_t>((place + ahead) % places.size());
+  return places;
+}
+
+// R of the places of all slices as uniform samples, pair by pair.
+double relative_error(const Extents& extents, const FilterSpec& filter, const Lattice& lattice) {
+  const Footprint overlap(extents, filter);
+  const std::int64_t width = extents.width();
+  const std::int64_t height = extents.height();
+  std::vector<std::vector<std::uint32_t>> places;
+  for (const SliceIndex slice : first_indices<SliceIndex>(extents.num_slices())) {
+    places.push_back(places_of(lattice, extents, slice));
+  }
+  const auto cells = static_cast<double>(extents.cells_per_slice());
+  const double mean = 1.0 / 3;  // of the distance of two uniform samples
+  double sum = mean * overlap.weight_zero();
+  for (const SliceTaps& taps : overlap.slices()) {
+    for (const PlaneTap& tap : taps.taps) {
+      double distance = 0;
+      for (const SliceIndex slice : first_indices<SliceIndex>(extents.num_slices())) {
+        const auto& here = places[static_cast<std::size_t>(slice)];
+        const auto& there = places[static_cast<std::size_t>(extents.slice_at(slice, taps.offset))];
+        for (std::int64_t y = 0; y < height; ++y) {
+          for (std::int64_t x = 0; x < width; ++x) {
+            const std::int64_t other = (y + tap.dy + height) % height * width + (x + tap.dx + width) % width;
+            distance += std::abs(static_cast<double>(here[static_cast<std::size_t>(y * width + x)]) -
+                                 static_cast<double>(there[static_cast<std::size_t>(other)]));
+          }
+        }
+      }
+      sum += tap.weight * (mean - distance / cells / cells / extents.num_slices());
+    }
+  }
+  return sum / (mean * overlap.weight_zero());
+}
+
+// Under a box of n pixels no texture has R below 1 / n.
+TEST(Lattice, IsAllButAsGoodAsCanBeUnderSmallBoxes) {
+  const Extents slice({64, 64});
+  for (const int size : {2, 3, 5}) {
+    const FilterSpec filter = product({group({0, 1}, box(size))});
+    const Lattice lattice = lattice_of(slice, filter);
+    const double bound = 1.0 / (size * size);
+    EXPECT_GE(lattice.relative_error, 0.999 * bound);
+    EXPECT_LT(lattice.relative_error, 1.2 * bound);
+    EXPECT_NEAR(relative_error(slice, filter, lattice), lattice.relative_error, 0.02 * lattice.relative_error);
+  }
+}
+
+// Also where many pixels have equal phases, or a filter reaches over more slices than there are phases.
+TEST(Lattice, HasTheErrorThatItSays) {
+  const GroupSpec average = group({2}, ema(0.1, 0.1));
+  const FilterSpec volume = product({group({0, 1}, box(3)), average});
+  const FilterSpec added = sum({group({0, 1}, gauss(1)), average});
+  const std::vector<std::pair<Extents, FilterSpec>> cases = {
+      {Extents({32, 48, 6}), volume},
+      {Extents({33, 35, 5}), volume},
+      {Extents({31, 37, 7}), volume},
+      {Extents({32, 32, 8}), added},
+      {Extents({24, 30, 4, 3}), product({group({0, 1, 2, 3}, box(3))})},
+      {Extents({32, 32}), product({group({0, 1}, box(8))})},
+      {Extents({16, 16, 64}), product({group({0, 1}, box(3)), group({2}, box(32))})},
+      {Extents({64, 1, 5}), product({group({0}, box(3)), average})},
+      {Extents({1, 61}), product({group({1}, gauss(1))})},
+      {Extents({32, 32, 4}), product({group({0, 1}, taps({3}, {-0.2, 1, -0.2}))})},
+  };
+  for (const auto& [extents, filter] : cases) {
+    const Lattice lattice = lattice_of(extents, filter);
+    EXPECT_NEAR(relative_error(extents, filter, lattice), lattice.relative_error, 0.06 * lattice.relative_error + 0.001)
+        << extents.to_string();
+  }
+}
+
+// As filters that reach over many slices ask for (construction comes to 0.030).
+TEST(Lattice, IsAheadByPartsOfPhases) {
+  const Extents extents({16, 16, 64});
+  const FilterSpec filter = product({group({0, 1}, box(3)), group({2}, box(32))});
+  EXPECT_LT(relative_error(extents, filter, lattice_of(extents, filter)), 0.02);
+}
+
+// Against all pairs of lattices over x, y and t.
+TEST(Lattice, IsNearlyTheBestOfAll) {
+  const Extents extents({16, 12, 6});
+  const FilterSpec filter = product({group({0, 1}, box(3)), group({2}, box(2))});
+  const Footprint overlap(extents, filter);
+  double least = 1e9;
+  for (std::int64_t a = 0; a < 16; ++a) {
+    for (std::int64_t b = 0; b < 12; ++b) {
+      for (std::int64_t c = 0; c < 6; ++c) {
+        for (const auto& [a2, b2] :
+             {std::pair(1, 0), std::pair(0, 1), std::pair(1, 1), std::pair(5, 1), std::pair(3, 5)}) {
+          least = std::min(least, relative_error(extents, filter, Lattice{{a, b, c}, {a2, b2}, 0}));
+        }
+      }
+    }
+  }
+  EXPECT_LT(lattice_of(extents, filter).relative_error, 1.2 * least);
+}
+
+TEST(Lattice, GivesEachPlaceOnce) {
+  for (const Extents& extents : {Extents({32, 32, 4}), Extents({17, 6, 4}), Extents({1, 5, 3})}) {
+    const Lattice lattice{{3, 2, 1}, {1, 1}, 0};
+    for (const SliceIndex slice : first_indices<SliceIndex>(extents.num_slices())) {
+      std::vector<std::uint32_t> places = places_of(lattice, extents, slice);
+      std::ranges::sort(places);
+      for (std::uint32_t i = 0; i < places.size(); ++i) ASSERT_EQ(places[i], i);
+    }
+  }
+}
+
+// A step in x is the same step of places everywhere, over the seam as well, but for pixels of equal phase.
+TEST(Lattice, ClosesAroundTheTorus) {
+  const Extents extents({16, 16});
+  const std::vector<std::uint32_t> places = lattice_places({{5, 3}, {0, 1}, 0}, extents);
+  for (std::uint32_t y = 0; y < 16; ++y) {
+    for (std::uint32_t x = 0; x < 16; ++x) {
+      const std::uint32_t step = (places[y * 16 + (x + 1) % 16] + 256 - places[y * 16 + x]) % 256;
+      ASSERT_EQ(step, 5 * 16U) << x << ' ' << y;
+    }
+  }
+}
+
+TEST(Lattice, NeedsAFilterInTheSlice) {
+  EXPECT_THROW(lattice_of(Extents({16, 16, 8}), product({group({2}, ema(0.1, 0.1))})), UserError);
+}
+
+}  // namespace
+}  // namespace noiseloom
