@@ -73,33 +73,34 @@ double of_unknown_order(double equal, std::int64_t num_phases) {
 }
 
 // The best over x and y, by the taps within a slice. A lattice and its mirror image in the origin are one. Where there
-// are too many, evenly chosen ones along x are tried.
+// are too many, evenly chosen ones along x are tried, and along y, too, where taps are so many that even those are.
 std::vector<Candidate> best_of_plane(const Footprint& overlap, std::size_t count) {
   const Extents& extents = overlap.extents();
   const std::int64_t width = extents.width();
   const std::int64_t height = extents.height();
   const std::span<const PlaneTap> taps = overlap.slices()[0].taps;
-  const double terms =
-      static_cast<double>(width / 2 + 1) * static_cast<double>(height) * static_cast<double>(taps.size());
-  const auto stride = static_cast<std::int64_t>(terms / most_terms) + 1;
+  const double terms_of_row = static_cast<double>(height) * static_cast<double>(taps.size());
+  const auto stride_y = std::min(static_cast<std::int64_t>(terms_of_row / most_terms) + 1, height);
+  const double terms = static_cast<double>(width / 2 + 1) * terms_of_row / static_cast<double>(stride_y);
+  const auto stride_x = std::min(static_cast<std::int64_t>(terms / most_terms) + 1, width);
+  const std::int64_t num_rows = (height - 1) / stride_y + 1;
   std::vector<Candidate> best;
-  std::vector<double> energies(static_cast<std::size_t>(height));
-  std::vector<double> equal(static_cast<std::size_t>(height));
-  for (std::int64_t a = stride / 2; a <= width / 2; a += stride) {
+  std::vector<double> energies(static_cast<std::size_t>(num_rows));
+  std::vector<double> equal(static_cast<std::size_t>(num_rows));
+  for (std::int64_t a = stride_x / 2; a <= width / 2; a += stride_x) {
     std::fill(energies.begin(), energies.end(), overlap.weight_zero() * bernoulli_2_of_zero);
     std::fill(equal.begin(), equal.end(), 0.0);
     for (const PlaneTap& tap : taps) {
       Phase phase = phase_of(a, tap.dx, width);
-      const Phase step = phase_of(1, tap.dy, height);
+      const Phase step = phase_of(stride_y, tap.dy, height);
       for (std::size_t b = 0; b < energies.size(); ++b) {
         energies[b] += tap.weight * bernoulli_2(phase);
         equal[b] += is_zero(phase) ? tap.weight : 0;
         phase += step;
       }
     }
-    for (std::int64_t b = 0; b < height; ++b) {
-      const auto i = static_cast<std::size_t>(b);
-      Candidate candidate{{a, b}, energies[i]};
+    for (std::size_t i = 0; i < energies.size(); ++i) {
+      Candidate candidate{{a, static_cast<std::int64_t>(i) * stride_y}, energies[i]};
       if (best.size() == count && energies[i] - std::max(equal[i], 0.0) > best.back().energy) continue;
       candidate.energy += of_unknown_order(equal[i], PlanePhases(candidate.cycles, extents).count());
       if (best.size() == count && !less(candidate, best.back())) continue;
