@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "noiseloom/construct/void_and_cluster.h"
 #include "noiseloom/files/order_codec.h"
 
 namespace noiseloom {
