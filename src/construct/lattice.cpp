@@ -200,7 +200,7 @@ void extend(const Footprint& overlap, Candidate& candidate) {
   }
 }
 
-std::size_t as_many(double wanted, double least, double most) {
+std::size_t count_within(double wanted, double least, double most) {
   return static_cast<std::size_t>(std::clamp(wanted, least, most));
 }
 
@@ -239,14 +239,14 @@ Lattice find_lattice(const Footprint& overlap) {
   std::vector<Candidate> plane = best_of_plane(overlap, static_cast<std::size_t>(most_kept));
   std::vector<Candidate> best(
       plane.begin(), plane.begin() + static_cast<std::ptrdiff_t>(std::min(
-                                         plane.size(), as_many(most_terms / (trials * num_taps), 1, most_kept))));
+                                         plane.size(), count_within(most_terms / (trials * num_taps), 1, most_kept))));
   for (Candidate& candidate : best) extend(overlap, candidate);
   std::ranges::sort(best, less);
 
   // Some that tell the pixels of a row, a column or a diagonal apart, should none of the best.
   for (const auto& [a, b] : {std::pair(1, 0), std::pair(0, 1), std::pair(1, 1)}) plane.push_back({{a, b}});
   constexpr std::size_t most_firsts = 4;
-  const std::size_t most_pairs = as_many(most_terms / num_taps, most_firsts, most_firsts * most_kept);
+  const std::size_t most_pairs = count_within(most_terms / num_taps, most_firsts, most_firsts * most_kept);
   const double of_noise = overlap.weight_zero() * bernoulli_2_of_zero;
   Lattice found{best.front().cycles, plane.back().cycles, best.front().energy / of_noise};
   std::size_t num_firsts = 0;

@@ -140,8 +140,8 @@ class VoidAndCluster {
   // *Collective*
   void restore(const VacProgress& progress, const std::function<std::vector<std::byte>(SliceIndex)>& order);
   // Does up to `max_picks` >= 1 picks (a swap counts as one); fewer only when done. How the picks are divided among
-  // calls changes the time alone: picks are taken in batches of a few thousandths of the pixels, and what a smaller
-  // `max_picks` leaves of one the next call goes on with. *Collective*
+  // calls changes the time alone: picks are taken in batches of up to about a hundredth of the pixels, and what a
+  // smaller `max_picks` leaves of one the next call goes on with. *Collective*
   void advance(std::int64_t max_picks);
   // The most picks that are taken at once from here on, >= 1; changes the time alone. The same on every rank.
   void limit_batches(std::int64_t max_picks);

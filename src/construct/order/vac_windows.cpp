@@ -32,6 +32,14 @@ VacSpec spec_of_rows(const VacSpec& spec, std::int64_t rows) {
 constexpr std::uint64_t key_of_all(std::uint32_t energy) { return (std::uint64_t{energy} << 32) | 0xFFFFFFFFU; }
 constexpr std::uint32_t energy_of(std::uint64_t key) { return static_cast<std::uint32_t>(key >> 32); }
 
+// What an eighth as many keep to, after low_bound(): where there was no batch before, the first one is taken to have
+// begun there. (The least of all says nothing, where the pixels that are on are scattered by chance.)
+std::uint32_t lower_than_low(std::vector<std::uint32_t>& sample) {
+  const auto lower = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 48);
+  std::nth_element(sample.begin(), lower, sample.end());
+  return *lower;
+}
+
 }  // namespace
 
 std::optional<VacWindows::Sizes> VacWindows::sizes(const VacLayout& layout, const VacKernel& kernel, int num_threads) {
@@ -264,14 +272,6 @@ void VacWindows::restart() {
   is_fresh_ = true;
   limit_ = 0;
   step_ = 0;
-}
-
-// What an eighth as many keep to, after low_bound(): where there was no batch before, the first one is taken to have
-// begun there. (The least of all says nothing, where the pixels that are on are scattered by chance.)
-static std::uint32_t lower_than_low(std::vector<std::uint32_t>& sample) {
-  const auto lower = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 48);
-  std::nth_element(sample.begin(), lower, sample.end());
-  return *lower;
 }
 
 std::span<const std::uint64_t> VacWindows::take(VacView view) {
