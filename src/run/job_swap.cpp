@@ -56,16 +56,23 @@ void SwapJob::start(double run_s) {
   if (spec_.strata > 1) return start_from_time_strata(run_s);
   if (!config_.start.is_given()) return optimizer_->start();
   if (config_.start.file.empty()) return start_from_lattice(run_s);
+  const Stopwatch watch;
   StartFile start(config_.start.file, config_.problem.extents, source_, optimizer_->slices_held(), *communicator_);
-  start_from([&](SliceIndex slice) { return start.take_permutation(slice); }, run_s);
+  start_from([&](SliceIndex slice) { return start.take_permutation(slice); }, run_s + watch.seconds());
 }
 
 void SwapJob::start_from_lattice(double run_s) {
+  const Stopwatch watch;
   const ProblemSpec& problem = config_.problem;
   std::optional<Lattice> lattice;
-  communicator_->together(
-      [&] { naming_shortage("finding a lattice", [&] { lattice = start_lattice(config_, source_.channels()); }); });
-  const std::vector<std::uint32_t> first = lattice_places(*lattice, problem.extents);
+  std::vector<std::uint32_t> first;
+  communicator_->together([&] {
+    naming_shortage("finding a lattice", [&] {
+      lattice = start_lattice(config_, source_.channels(), [] { return noted_stop_signal() == 0; });
+      if (lattice) first = lattice_places(*lattice, problem.extents, problem.seed);
+    });
+  });
+  if (communicator_->any_bits(lattice ? 0U : 1U) != 0) throw StartStopped();
   const auto permutation = [&](SliceIndex slice) {
     const std::uint64_t ahead = places_ahead(*lattice, problem.extents, slice);
     Permutation samples(first.size());
@@ -74,7 +81,7 @@ void SwapJob::start_from_lattice(double run_s) {
     });
     return samples;
   };
-  start_from(permutation, run_s);
+  start_from(permutation, run_s + watch.seconds());
 }
 
 // Scalars are all but done; of other samples their places along a curve are but a start.

@@ -25,7 +25,7 @@ static void add_lattice(const RunConfig& config, RunPlan& plan) {
   const Stopwatch watch;
   const Extents& extents = config.problem.extents;
   const int channels = num_channels(config.problem.samples, extents.cells_per_slice(), extents.num_slices());
-  const Lattice lattice = start_lattice(config, channels);
+  const Lattice lattice = *start_lattice(config, channels);
   std::string cycles;
   for (int axis = 0; axis < extents.num_axes(); ++axis) {
     const std::int64_t of_axis = lattice.cycles[static_cast<std::size_t>(axis)];

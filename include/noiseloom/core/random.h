@@ -21,7 +21,8 @@ enum class Purpose : std::uint32_t {
   start_pattern = 8,   // initial binary pattern of void and cluster
   tile_shift = 9,      // where the tiles of a slice begin
   slice_pattern = 10,  // start pattern of a slice of construction
-  scramble = 11        // digits of a Sobol sequence
+  scramble = 11,       // digits of a Sobol sequence
+  lattice_shift = 12   // where a lattice begins
 };
 
 using RandomBlock = std::array<std::uint32_t, 4>;
