@@ -141,7 +141,9 @@ TEST(Lattice, HasPixelsInTheOrderOfTheirPhases) {
       {Extents({64, 64}), {{16, 20}, {0, 1}, 0}},     {Extents({12, 18}), {{4, 6}, {6, 3}, 0}},
       {Extents({6, 4}), {{0, 0}, {0, 0}, 0}},
   };
-  for (const auto& [extents, lattice] : cases) {
+  for (const auto& of_case : cases) {
+    const Extents& extents = of_case.first;
+    const Lattice& lattice = of_case.second;
     const std::int64_t width = extents.width();
     const std::int64_t height = extents.height();
     const auto cells = static_cast<std::size_t>(width * height);
