@@ -17,6 +17,15 @@
 
 namespace noiseloom {
 
+// Tells the processor that this thread waits for another.
+static void pause() {
+#if defined(__x86_64__) || defined(__i386__)
+  __builtin_ia32_pause();
+#elif defined(__aarch64__)
+  asm volatile("yield");
+#endif
+}
+
 struct ThreadPool::Impl {
   std::vector<std::thread> threads;
   std::chrono::microseconds patience{0};  // with another thread, before this one sleeps
@@ -51,7 +60,11 @@ struct ThreadPool::Impl {
   void look_for(const Ready& ready) const {
     if (patience.count() == 0) return;
     const auto end = std::chrono::steady_clock::now() + patience;
-    while (!ready() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+    constexpr int looks = 64;  // between two that let others have the processor, which takes longer than all of these
+    while (!ready() && std::chrono::steady_clock::now() < end) {
+      for (int i = 0; i < looks && !ready(); ++i) pause();
+      if (!ready()) std::this_thread::yield();
+    }
   }
 
   void join() {

@@ -25,10 +25,11 @@ void sample_bounds(VacFields& fields, std::size_t stride, std::vector<std::uint3
 
 VacSearch::VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash& hash)
     : fields_(fields), exchange_(exchange), hash_(hash) {
-  constexpr std::size_t least = 4096;
-  for (std::size_t i = 0; i < fields.num_parts(); ++i) {
-    max_found_ = std::max({max_found_, least, fields.part(i).bounds().size()});
-  }
+  std::size_t most_leaves = 0;
+  for (std::size_t i = 0; i < fields_.num_parts(); ++i)
+    most_leaves = std::max(most_leaves, fields_.part(i).bounds().size());
+  max_found_ = std::max<std::size_t>(4096, most_leaves);
+  max_found_below_ = std::max<std::size_t>(256, most_leaves / 4);
 }
 
 // What this rank finds right for its own slices; none when no leaf of them has a pixel left.
@@ -90,12 +91,13 @@ std::optional<VacScan> VacSearch::scan_ahead(VacView view, double fraction) {
 
 std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCandidate>& found) {
   std::uint64_t limit = next_limit_ != 0 ? std::exchange(next_limit_, 0) : propose(fraction);
+  std::size_t max_found = max_found_;
   std::vector<std::byte> bytes;
   std::vector<int> bytes_of_ranks;
   while (limit != 0) {
     if (!std::exchange(scanned_, false)) {
       fields_.for_each(
-          [asked = VacScan{view, hash_, limit, max_found_}](VacField& part, std::size_t) { part.scan(asked); });
+          [asked = VacScan{view, hash_, limit, max_found}](VacField& part, std::size_t) { part.scan(asked); });
     }
     std::uint64_t total = 0;
     bool fits = true;
@@ -126,6 +128,7 @@ std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCand
       const std::uint64_t lower = lower_limit();
       const auto limits = exchange_.gather(std::span(&lower, 1));
       limit = *std::min_element(limits.begin(), limits.end());
+      max_found = max_found_below_;
     } else if (total > 0) {
       break;
     } else {

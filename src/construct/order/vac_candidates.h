@@ -36,7 +36,10 @@ class VacSearch {
   VacFields& fields_;
   VacExchange& exchange_;
   VacTieHash hash_;
-  std::size_t max_found_ = 0;     // of a part
+  std::size_t max_found_ = 0;  // of a part
+  // The same under a limit that was lowered, as at the beginning, where all energies are alike and candidates are many
+  // for few picks.
+  std::size_t max_found_below_ = 0;
   std::uint64_t next_limit_ = 0;  // what the ranks have agreed on for the next search; 0: nothing
   bool scanned_ = false;          // fields were asked for that limit
 };

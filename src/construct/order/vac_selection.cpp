@@ -40,13 +40,18 @@ void VacSelection::pick_among_own() {
   for (const std::uint64_t position : rank_positions_) rank_begins_.push_back(begin_of(position));
   work_->for_each([&](std::size_t i) {
     selectors_[i].begin(view_, candidates_, begin_of(part_positions_[i]), begin_of(part_positions_[i + 1]), limit_);
-  });
-  work_->for_each([&](std::size_t i) {
     selectors_[i].pick();
     for (const VacPick& pick : selectors_[i].picks()) number_[pick.index(view_)] = 0;
   });
   const auto is_picked = [&](std::size_t i) { return number_[i] != none; };
-  work_->for_each([&](std::size_t i) { selectors_[i].raise_waiting(is_picked); });
+  std::size_t num_waiting = 0;
+  for (const VacSelector& selector : selectors_) num_waiting += selector.waiting().size();
+  constexpr std::size_t few = 64;  // threads would wait for each other for longer
+  if (num_waiting <= few) {
+    for (VacSelector& selector : selectors_) selector.raise_waiting(is_picked);
+  } else {
+    work_->for_each([&](std::size_t i) { selectors_[i].raise_waiting(is_picked); });
+  }
   for (const VacSelector& selector : selectors_) {
     waiting_.insert(waiting_.end(), selector.waiting().begin(), selector.waiting().end());
     add_list(selector.picks());
