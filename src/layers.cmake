@@ -2,8 +2,9 @@
 
 if(NOISELOOM_SANITIZE STREQUAL ADDRESS)
   set(noiseloom_sanitizers -fsanitize=address,undefined)
-  # Checks of every pointer take half of the compiler's time, and where one is bad its address is found out all the same.
-  if(NOT NOISELOOM_SANITIZE_WIDE)
+  # Checks of every pointer (alignment, dynamic type, reach) take half of the compiler's time. What reads or writes where it
+  # must not is found without them.
+  if(NOT NOISELOOM_SANITIZE_POINTERS AND NOT NOISELOOM_SANITIZE_WIDE)
     list(APPEND noiseloom_sanitizers -fno-sanitize=null,alignment,object-size,vptr,pointer-overflow)
   endif()
 elseif(NOISELOOM_SANITIZE STREQUAL THREAD)

@@ -125,15 +125,12 @@ std::vector<Phase> phases_along(std::int64_t cycles, std::int64_t size, std::int
   return phases;
 }
 
-// What two lattices make of a tap: how far ahead it is by the first, over x and y and along the slice axes, and by the
-// second.
+// What two lattices make of a tap: how far ahead it is by the first, and by the second.
 struct TapPhases {
-  Phase plane;
-  Phase slice;
+  Phase first;
   Phase between;
   bool stays_at_pixel;  // of another slice
   double weight;
-  Phase first() const { return plane + slice; }
 };
 
 // Calls visit(TapPhases) for all taps but that of zero.
@@ -156,7 +153,7 @@ void each_tap(const Footprint& overlap, const std::vector<std::int64_t>& cycles,
     for (const PlaneTap& tap : slice.taps) {
       const auto at_x = static_cast<std::size_t>(tap.dx + reach_x);
       const auto at_y = static_cast<std::size_t>(tap.dy + reach_y);
-      visit(TapPhases{x[at_x] + y[at_y], of_slice, between_x[at_x] + between_y[at_y], tap.dx == 0 && tap.dy == 0,
+      visit(TapPhases{of_slice + x[at_x] + y[at_y], between_x[at_x] + between_y[at_y], tap.dx == 0 && tap.dy == 0,
                       tap.weight});
     }
   }
@@ -166,8 +163,8 @@ double energy_of(const Footprint& overlap, const std::vector<std::int64_t>& cycl
   double sum = overlap.weight_zero() * bernoulli_2_of_zero;
   double equal = 0;
   each_tap(overlap, cycles, cycles, [&](const TapPhases& tap) {
-    sum += tap.weight * bernoulli_2(tap.first());
-    equal += is_zero(tap.first()) && !tap.stays_at_pixel ? tap.weight : 0;
+    sum += tap.weight * bernoulli_2(tap.first);
+    equal += is_zero(tap.first) && !tap.stays_at_pixel ? tap.weight : 0;
   });
   return sum + of_unknown_order(equal, PlanePhases(cycles, overlap.extents()).count());
 }
@@ -192,7 +189,6 @@ class Range {
     whole_ = std::floor(length_);
     rest_ = length_ - whole_;
   }
-  double length() const { return length_ / leads_; }
   // The share of it that meets the last `part` of the whole, in the mean over slices.
   double share(double part) const {
     const double in_steps = part * leads_;
@@ -239,7 +235,7 @@ PairEnergy energy_of(const Footprint& overlap, const std::vector<std::int64_t>& 
   const auto part_of_turn = [](double value) { return value - std::floor(value); };
   double sum = overlap.weight_zero() * bernoulli_2_of_zero;
   each_tap(overlap, cycles, between, [&](const TapPhases& tap) {
-    const double t = is_zero(tap.first()) ? 0 : fraction(tap.first());
+    const double t = is_zero(tap.first) ? 0 : fraction(tap.first);
     const double u = is_zero(tap.between) ? 0 : fraction(tap.between);
     double distance = (1 - u) * mean_distance(part_of_turn(t + u / num_phases), num_phases, Range(1 - u, false, leads));
     if (u > 0) {
@@ -329,15 +325,17 @@ std::vector<std::uint32_t> lattice_places(const Lattice& lattice, const Extents&
   const RandomBlock random = random_block(seed, Purpose::lattice_shift, 0, 0, 0);
   const std::int64_t shift_x = to_below(random[0], static_cast<std::uint64_t>(extents.width()));
   const std::int64_t shift_y = to_below(random[1], static_cast<std::uint64_t>(extents.height()));
-  const auto phase_at = [turn = first.turn](const PlanePhases& phases, std::int64_t x, std::int64_t y) {
-    return (phases.step_x * x % turn + phases.step_y * y % turn) % turn;
+  const auto phase_at = [turn](const PlanePhases& phases, std::int64_t x, std::int64_t y) {  // at most 2^32 by 2^32
+    const std::uint64_t along_x = static_cast<std::uint64_t>(phases.step_x) * static_cast<std::uint64_t>(x) % turn;
+    const std::uint64_t along_y = static_cast<std::uint64_t>(phases.step_y) * static_cast<std::uint64_t>(y) % turn;
+    return static_cast<std::int64_t>((along_x + along_y) % turn);
   };
   std::vector<std::uint32_t> taken(num_pairs);  // of the places of each pair
   std::vector<std::uint32_t> places(cells);
   std::size_t cell = 0;
   for (std::int64_t y = 0; y < extents.height(); ++y) {
-    std::int64_t phase = phase_at(first, shift_x, y + shift_y);
-    std::int64_t other = phase_at(second, shift_x, y + shift_y);
+    std::int64_t phase = phase_at(first, shift_x, (y + shift_y) % extents.height());
+    std::int64_t other = phase_at(second, shift_x, (y + shift_y) % extents.height());
     for (std::int64_t x = 0; x < extents.width(); ++x) {
       const std::uint64_t pair = static_cast<std::uint64_t>(phase) / apart * pairs_of_phase +
                                  static_cast<std::uint64_t>(other) * pairs_of_phase / turn;

@@ -60,7 +60,7 @@ struct ThreadPool::Impl {
   void look_for(const Ready& ready) const {
     if (patience.count() == 0) return;
     const auto end = std::chrono::steady_clock::now() + patience;
-    constexpr int looks = 64;  // between two that let others have the processor, which takes longer than all of these
+    constexpr int looks = 64;  // about a microsecond, before others may have the processor, which takes as long
     while (!ready() && std::chrono::steady_clock::now() < end) {
       for (int i = 0; i < looks && !ready(); ++i) pause();
       if (!ready()) std::this_thread::yield();

@@ -106,7 +106,7 @@ PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, cons
   memory.at_start = std::max({lists, mean, memory.at_score, resumed,
                               tap_bytes_while_built * as_double(scored.num_taps) - memory.texture - memory.halo,
                               16 * sizes.file_samples - memory.texture - memory.halo,
-                              sizes.begins_with_lattice ? memory.at_score + 24 * cells : 0.0});
+                              sizes.begins_with_lattice ? memory.at_score + 12 * cells : 0.0});
 
   // One dataset of one slice after the other: as values and as bytes; densities are found from samples.
   memory.at_save = std::max(2 * values, values + (sizes.has_pdf ? 2 * 4 * cells : 0));

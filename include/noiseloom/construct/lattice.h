@@ -15,9 +15,9 @@
 // the turn, where samples begin anew: all but a and b, in the mean over slices, for each of which the turn ends at
 // another place between two of the L phases. (Where L is large, 1/3 - D is twice the second Bernoulli polynomial,
 // theta^2 - theta + 1/6, by which lattices are judged in quasi-Monte Carlo integration.) Pixels that both lattices have
-// at the same phases follow each other in the order of memory; their D is taken to be a third of what they span. This
-// is R in the limit of many pixels: it was within 3 % of it for 120 filters over slices of 30x30 to 64x64, and for some
-// of 10x10 half of it.
+// at the same phases follow each other in the order of memory; their D is taken to be a third of what they span, and
+// where such pixels are left R is but estimated. Else this is R in the limit of many pixels. What find_lattice() found
+// for 120 filters over slices of 30x30 to 64x64 had R within 3 % of it, for some of 10x10 twice as much.
 #pragma once
 
 #include <cstdint>
@@ -38,8 +38,8 @@ struct Lattice {
 };
 
 // A lattice with as low an R as a search of seconds finds: over x and y by the taps within a slice, of which there must
-// be one, then along one slice axis after the other. Depends on the overlap alone. Calls goes_on() several times a
-// second; nothing once that returns false.
+// be one, then along one slice axis after the other. Depends on the overlap alone. Calls goes_on() once a second or
+// more often; nothing once that returns false.
 std::optional<Lattice> find_lattice(
     const Footprint& overlap, const std::function<bool()>& goes_on = [] { return true; });
 
