@@ -19,9 +19,8 @@ Lattice lattice_of(const Extents& extents, const FilterSpec& filter) {
   return *find_lattice(Footprint(extents, filter));
 }
 
-std::vector<std::uint32_t> places_of(const Lattice& lattice, const Extents& extents, SliceIndex slice,
-                                     std::uint64_t seed = 1) {
-  std::vector<std::uint32_t> places = lattice_places(lattice, extents, seed);
+std::vector<std::uint32_t> places_of(const Lattice& lattice, const Extents& extents, SliceIndex slice) {
+  std::vector<std::uint32_t> places = lattice_places(lattice, extents, 1);
   const std::size_t ahead = places_ahead(lattice, extents, slice);
   for (std::uint32_t& place : places) place = static_cast<std::uint32_t>((place + ahead) % places.size());
   return places;

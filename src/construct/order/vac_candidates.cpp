@@ -29,7 +29,7 @@ VacSearch::VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash&
   for (std::size_t i = 0; i < fields_.num_parts(); ++i)
     most_leaves = std::max(most_leaves, fields_.part(i).bounds().size());
   max_found_ = std::max<std::size_t>(4096, most_leaves);
-  max_found_below_ = std::max<std::size_t>(256, most_leaves / 4);
+  max_found_if_lowered_ = std::max<std::size_t>(256, most_leaves / 4);
 }
 
 // What this rank finds right for its own slices; none when no leaf of them has a pixel left.
@@ -128,7 +128,7 @@ std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCand
       const std::uint64_t lower = lower_limit();
       const auto limits = exchange_.gather(std::span(&lower, 1));
       limit = *std::min_element(limits.begin(), limits.end());
-      max_found = max_found_below_;
+      max_found = max_found_if_lowered_;
     } else if (total > 0) {
       break;
     } else {

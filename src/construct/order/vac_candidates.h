@@ -37,9 +37,9 @@ class VacSearch {
   VacExchange& exchange_;
   VacTieHash hash_;
   std::size_t max_found_ = 0;  // of a part
-  // The same under a limit that was lowered, as at the beginning, where all energies are alike and candidates are many
-  // for few picks.
-  std::size_t max_found_below_ = 0;
+  // The same after the limit was lowered, as at the beginning, where all energies are alike: there many candidates make
+  // few picks.
+  std::size_t max_found_if_lowered_ = 0;
   std::uint64_t next_limit_ = 0;  // what the ranks have agreed on for the next search; 0: nothing
   bool scanned_ = false;          // fields were asked for that limit
 };

@@ -46,7 +46,7 @@ void VacSelection::pick_among_own() {
   const auto is_picked = [&](std::size_t i) { return number_[i] != none; };
   std::size_t num_waiting = 0;
   for (const VacSelector& selector : selectors_) num_waiting += selector.waiting().size();
-  constexpr std::size_t few = 64;  // threads would wait for each other for longer
+  constexpr std::size_t few = 64;  // takes less time than threads wait for each other
   if (num_waiting <= few) {
     for (VacSelector& selector : selectors_) selector.raise_waiting(is_picked);
   } else {
