@@ -14,6 +14,7 @@
 #include "support/failing_file_ops.h"
 #include "support/run_file_digests.h"
 #include "support/sample_run_file.h"
+#include "support/sanitizers.h"
 
 // HDF5 1.10 loses some hundred bytes of its own where it gives a damaged file up.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
@@ -316,10 +317,10 @@ TEST_F(RunFileMadeUp, ExtentsThatCannotBeAreRefused) {
 // Thousands of small changes anywhere, the digests made to fit: opening throws or gives the file, and no more.
 TEST_F(RunFileMadeUp, RandomChangesWithFittingDigestsEndInNothingWorseThanAnException) {
   std::mt19937 random(4711);
-  int opened = 0;
-  for (int round = 0; round < 1500; ++round) {
+  unsigned opened = 0;
+  for (unsigned round = 0; round < testing_support::tried(1500); ++round) {
     std::string bytes = good_;
-    for (int change = 0; change < 1 + round % 4; ++change) {
+    for (unsigned change = 0; change < 1 + round % 4; ++change) {
       const std::size_t at = random() % (round % 3 == 0 ? std::size_t{600} : bytes.size());
       if (round % 2 == 0) bytes[at] = static_cast<char>(random());
       if (round % 2 == 1 && bytes[at] >= '0' && bytes[at] <= '9') bytes[at] = static_cast<char>('0' + random() % 10);
@@ -327,7 +328,7 @@ TEST_F(RunFileMadeUp, RandomChangesWithFittingDigestsEndInNothingWorseThanAnExce
     const std::string result = opening_with(with_fitting_digests(bytes));
     opened += result == "good";
   }
-  EXPECT_GT(opened, 100);  // changes inside slices: the digests do fit
+  EXPECT_GT(opened, testing_support::tried(100));  // changes inside slices: the digests do fit
 }
 
 }  // namespace

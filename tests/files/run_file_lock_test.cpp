@@ -17,6 +17,7 @@
 #include "noiseloom/files/run_lock.h"
 #include "support/lock_holder.h"
 #include "support/sample_run_file.h"
+#include "support/sanitizers.h"
 
 namespace noiseloom {
 namespace {
@@ -110,7 +111,7 @@ TEST(RunLock, IsNeverHeldTwiceWhileFilesAreRemoved) {
   const std::string counter = folder / "counter";
   write_bytes(counter, "");
   constexpr int num_children = 4;
-  constexpr int steps = 150;
+  constexpr int steps = testing_support::tried(150);
   {
     std::vector<std::unique_ptr<Child>> children;
     for (int i = 0; i < num_children; ++i) {

@@ -2,8 +2,8 @@
 
 Another program, or a person, may have written such a file; a digest says only that the bytes are those that were
 written. `info` and `generate --resume` look at everything and refuse it by name; the others look at what they use.
-These read through one loader and take a quarter of a second each only to start: every change is tried with one of them, the
-next with the next; with all three where NOISELOOM_THOROUGH is set.
+These read through one loader and take a quarter of a second each only to start: every other change is tried with one of
+them, the next of those with the next; every change with all three where NOISELOOM_THOROUGH is set.
 """
 
 import itertools
@@ -113,7 +113,7 @@ READERS = ("score", "export", "analyze")
 class RunFileContents(ProgramTest):
     def setUp(self):
         super().setUp()
-        self.turns = itertools.cycle(READERS)
+        self.turns = itertools.cycle(part for reader in READERS for part in ((reader,), ()))
 
     def commands(self, config):
         shutil.copy(self.folder / "changed.h5", self.folder / "again.h5")
@@ -128,7 +128,7 @@ class RunFileContents(ProgramTest):
     def refuse(self, config, run_file, changes, words):
         self.rewrite(run_file, "changed.h5", *changes)
         only_state = all(change.lstrip("-").startswith("state.") for change in changes)
-        readers = () if only_state else READERS if THOROUGH else (next(self.turns),)  # none of them looks at the state
+        readers = () if only_state else READERS if THOROUGH else next(self.turns)  # none of them looks at the state
         for name, arguments in self.commands(config).items():
             if name in READERS and name not in readers:
                 continue
