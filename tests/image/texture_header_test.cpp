@@ -1,12 +1,12 @@
 // KTX2 and DDS: what is read, what is refused and by which name.
-#include "image/texture_header.h"
+#include "image/pixels/texture_header.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <fstream>
 
-#include "image/texture_bytes.h"
+#include "image/pixels/texture_bytes.h"
 #include "noiseloom/image/export.h"
 #include "noiseloom/image/image_reader.h"
 #include "support/run_files.h"

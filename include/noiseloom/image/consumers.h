@@ -1,7 +1,7 @@
 // Programs that textures are exported for, by name (--for): a table of what each reads.
 //
 // A consumer decides container, layout, number type, channels and names; a texture that it cannot take is refused with
-// the nearest that it can. To add one, add a row in src/image/consumers.cpp.
+// the nearest that it can. To add one, add a row in src/image/containers/consumers.cpp.
 #pragma once
 
 #include <array>

@@ -3,7 +3,8 @@
 // A container is one writer behind one interface and one row of one table. Everything that depends on the container is
 // read from its row: which file endings belong to it, which number types, layouts and channels it holds, what the help
 // says and what an error message lists as accepted. To add one, write a ContainerWriter in a file of its own, name the
-// function that makes it in src/image/container_writers.h, and add a row in src/image/containers.cpp.
+// function that makes it in src/image/containers/container_writers.h, and add a row in
+// src/image/containers/containers.cpp.
 #pragma once
 
 #include <cstddef>

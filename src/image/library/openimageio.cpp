@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "image/image_library.h"
 #include "image/library/openvdb.h"
+#include "image/pixels/image_library.h"
 
 namespace noiseloom {
 namespace {

@@ -1,8 +1,8 @@
 // What meshes ask of the libraries that read them (Assimp) and trace rays through them (Embree).
 //
-// Both are in a module that is loaded with the first mesh, as that of images is (image/image_library.h): it is built
-// where both libraries are found, and no other scene needs it. Only library/meshes.cpp, which is the module, includes
-// their headers. Nothing that is asked throws but std::bad_alloc.
+// Both are in a module that is loaded with the first mesh, as that of images is (image/pixels/image_library.h): it is
+// built where both libraries are found, and no other scene needs it. Only library/meshes.cpp, which is the module,
+// includes their headers. Nothing that is asked throws but std::bad_alloc.
 #pragma once
 
 #include <cstdint>
