@@ -131,11 +131,11 @@ TEST_F(RunFilePublish, AReaderAlwaysFindsAGoodFile) {
       write(posix_file_ops(), static_cast<int>(generation % 3));
     ::_exit(0);
   }
-  int looks = 0;
+  unsigned looks = 0;
   int status = 0;
   while (::waitpid(writer, &status, WNOHANG) == 0) {
     ASSERT_TRUE(std::filesystem::exists(path_));
-    if (++looks % 64 == 0) {
+    if (++looks % testing_support::tried(64) == 0) {
       ASSERT_GE(generation_at(path_), 0);
     }
   }

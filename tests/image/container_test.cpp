@@ -8,7 +8,6 @@
 
 #include "noiseloom/image/export.h"
 #include "support/run_files.h"
-#include "support/sanitizers.h"
 
 namespace noiseloom {
 namespace {
@@ -75,7 +74,6 @@ bool is_read_here(const Container& container) {
 TEST(Containers, WriteWhatTheirRowsOffer) {
   const TemporaryFolder folder;
   for (const std::string samples : {"uniform", "vector4", "vector2", "vector7"}) {
-    if (testing_support::under_sanitizers && samples == "vector2") break;
     const RunConfig config = small_config(samples);
     const Texture texture = start_texture(config);
     write_run_file(folder / (samples + ".h5"), config, texture);

@@ -99,6 +99,7 @@ class Auto(ProgramTest):
             self.assertEqual(done.returncode, 75, done.stderr)
         self.assertEqual(list(dict.fromkeys(parts)), ["relax", "drain", "fill", "done", "anneal"])
         self.assertGreater(parts.count("anneal"), 10)
+        self.assertGreater(len(parts), 46, "parts of all these numbers of ranks")
         self.assertEqual(self.info("parts.h5")["checksums"], expected["checksums"])
         for column in ("sweep", "temperature", "relative_error"):
             self.assertEqual(self.info("parts.h5")["history"][column], expected["history"][column])

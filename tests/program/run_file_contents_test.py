@@ -2,8 +2,8 @@
 
 Another program, or a person, may have written such a file; a digest says only that the bytes are those that were
 written. `info` and `generate --resume` look at everything and refuse it by name; the others look at what they use.
-These read through one loader and take a quarter of a second each only to start: every other change is tried with one of
-them, the next of those with the next; every change with all three where NOISELOOM_THOROUGH is set.
+These read through one loader and take a quarter of a second each only to start: every other change is tried, with one of
+them in turn. Where NOISELOOM_THOROUGH is set, every change is tried with all three.
 """
 
 import itertools

@@ -32,7 +32,7 @@ class ImageReader {
   const std::string& window(int part) const;
   // The file is marked as holding colours, which samplers decode: KTX2 and DDS. The numbers are read as they are.
   bool is_srgb() const;
-  // What a file that was exported here says of itself: pairs of key and text (src/image/provenance.h).
+  // What a file that was exported here says of itself: pairs of key and text (src/image/facts/provenance.h).
   const std::vector<std::pair<std::string, std::string>>& facts() const;
   // Rows [first_row, first_row + num_rows) of a part, counted from the top of its data window, into `bytes`. Throws
   // UserError when the file is cut or damaged.

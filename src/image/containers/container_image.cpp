@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "image/containers/container_writers.h"
-#include "image/provenance.h"
+#include "image/facts/provenance.h"
 #include "noiseloom/core/error.h"
 #include "noiseloom/image/image_io.h"
 

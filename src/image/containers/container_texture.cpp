@@ -5,9 +5,9 @@
 #include <numeric>
 
 #include "image/containers/container_writers.h"
+#include "image/facts/provenance.h"
 #include "image/pixels/texel_formats.h"
 #include "image/pixels/texture_bytes.h"
-#include "image/provenance.h"
 #include "noiseloom/core/error.h"
 
 namespace noiseloom {

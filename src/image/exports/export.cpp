@@ -1,7 +1,7 @@
 #include "noiseloom/image/export.h"
 
-#include "image/provenance.h"
-#include "image/stored_number.h"
+#include "image/facts/provenance.h"
+#include "image/facts/stored_number.h"
 
 #include <fmt/format.h>
 

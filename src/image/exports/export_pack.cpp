@@ -8,8 +8,8 @@
 #include <memory>
 #include <optional>
 
-#include "image/provenance.h"
-#include "image/stored_number.h"
+#include "image/facts/provenance.h"
+#include "image/facts/stored_number.h"
 #include "noiseloom/config/stored_config.h"
 #include "noiseloom/files/generations.h"
 #include "noiseloom/files/order_codec.h"

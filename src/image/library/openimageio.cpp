@@ -108,21 +108,20 @@ class Input final : public ImageInput {
   }
 
   bool read_all(PixelType type, std::byte* bytes) override {
-    return input_->read_image(part_, 0, 0, input_->spec().nchannels, asked_for(type), bytes);
+    return input_->read_image(part_, 0, 0, input_->spec().nchannels, oiio_type(type), bytes);
   }
 
   bool read_rows(int first, int end, PixelType type, std::byte* bytes) override {
     const int top = input_->spec().y;  // rows are counted in the display window
-    return input_->read_scanlines(part_, 0, top + first, top + end, 0, 0, input_->spec().nchannels, asked_for(type),
+    return input_->read_scanlines(part_, 0, top + first, top + end, 0, 0, input_->spec().nchannels, type_of_rows(type),
                                   bytes);
   }
 
   std::string error() override { return input_->geterror(); }
 
  private:
-  // Asked for by name, even the type that the file has goes through a buffer of 64 MB, which is allocated at every
-  // call.
-  OIIO::TypeDesc asked_for(PixelType type) const {
+  // Asked for by name, even the type that the file has is read through a buffer of 64 MB, allocated at every call.
+  OIIO::TypeDesc type_of_rows(PixelType type) const {
     const OIIO::ImageSpec& spec = input_->spec();
     const bool as_stored = spec.channelformats.empty() && spec.format == oiio_type(type);
     return as_stored ? OIIO::TypeDesc(OIIO::TypeDesc::UNKNOWN) : oiio_type(type);

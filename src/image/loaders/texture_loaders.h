@@ -2,7 +2,7 @@
 // makes samples of them.
 #pragma once
 
-#include "image/provenance.h"
+#include "image/facts/provenance.h"
 #include "noiseloom/core/number_type.h"
 #include "noiseloom/image/encoding.h"
 #include "noiseloom/image/texture_file.h"

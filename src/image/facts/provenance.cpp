@@ -1,4 +1,4 @@
-#include "image/provenance.h"
+#include "image/facts/provenance.h"
 
 #include <fmt/format.h>
 
