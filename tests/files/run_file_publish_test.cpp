@@ -101,7 +101,7 @@ TEST_F(RunFilePublish, ADiskThatStaysBrokenLosesNoGeneration) {
 
 TEST_F(RunFilePublish, APathOnceThereIsNeverAbsent) {
   const int operations = operations_of_a_checkpoint();
-  for (int k = 0; k < operations; ++k) {
+  for (int k = 0; k < operations; k += testing_support::stride) {
     SCOPED_TRACE("operation " + std::to_string(k));
     write_two_generations();
     EXPECT_EQ(status_of_child([&] {
@@ -150,7 +150,7 @@ TEST_F(RunFilePublish, WithoutHardLinksAProcessKilledAtAnyOperationLosesNoGenera
   write(counting, 2);
   const int operations = counting.num_operations();
   int only_previous = 0;
-  for (int k = 0; k < operations; ++k) {
+  for (int k = 0; k < operations; k += testing_support::stride) {
     SCOPED_TRACE("operation " + std::to_string(k));
     write_two_generations();
     EXPECT_EQ(status_of_child([&] {
@@ -171,7 +171,9 @@ TEST_F(RunFilePublish, WithoutHardLinksAProcessKilledAtAnyOperationLosesNoGenera
     remove_stale_temporaries(posix_file_ops(), path_);
     for (const std::string& name : folder_.names()) EXPECT_TRUE(name == "run.h5" || name == "run.h5.prev") << name;
   }
-  EXPECT_EQ(only_previous, 1);  // the one moment, between the renames
+  // The one moment, between the renames.
+  EXPECT_LE(only_previous, 1);
+  EXPECT_TRUE(only_previous == 1 || testing_support::stride > 1);
 }
 
 TEST_F(RunFilePublish, FirstFailureIsTheOneReported) {

@@ -86,7 +86,7 @@ class Auto(ProgramTest):
                 self.assertEqual(self.info("many.h5")["checksums"], expected, (ranks, threads))
 
     def test_stop_and_resume_in_every_part(self):
-        small = COLD.replace("x = 24, y = 17", "x = 12, y = 7").replace("= 40", "= 15")
+        small = COLD.replace("x = 24, y = 17", "x = 8, y = 5").replace("= 40", "= 4")
         self.generate(small, "straight.h5")
         expected = self.info("straight.h5")
         parts = []

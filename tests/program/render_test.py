@@ -198,7 +198,7 @@ class RenderTest(support.ProgramTest):
         names = sorted(p.relative_to(self.folder / "out") for p in (self.folder / "out").rglob("*")
                        if p.suffix in (".csv", ".png"))
         self.assertGreater(len(names), 10)
-        for folder, options, environment in (("two", ["--threads", "2"], None), ("more", ["--threads", "5"], None), ("plain", [], support.PLAIN_CPU)):
+        for folder, options, environment in (("more", ["--threads", "5"], None), ("plain", [], support.PLAIN_CPU)):
             self.run_program("render", scene, "-o", folder, "--noises", "out/noise", *options, environment=environment)
             for name in names:
                 self.assertEqual((self.folder / folder / name).read_bytes(), (self.folder / "out" / name).read_bytes(), name)

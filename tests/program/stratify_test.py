@@ -71,7 +71,7 @@ class Stratify(ProgramTest):
 
     def test_same_bytes_on_any_ranks_threads_and_interruptions(self):
         for text in (COUPLED, VECTORS):
-            text = text.replace("= 60", "= 8")
+            text = text.replace("= 60", "= 3")
             self.generate(text, "one.h5", "--overwrite", "--threads", 1)
             expected = self.info("one.h5")["checksums"]
             self.generate(text, "many.h5", "--overwrite", "--threads", 2, ranks=3)
