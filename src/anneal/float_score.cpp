@@ -7,7 +7,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "anneal/simd_kernels-inl.h"
+#include "anneal/fields/simd_kernels-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::HWY_NAMESPACE {

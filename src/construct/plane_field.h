@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-#include "construct/order/vac_field.h"
+#include "construct/fields/vac_field.h"
 #include "construct/stamp_kernel.h"
 
 namespace noiseloom {

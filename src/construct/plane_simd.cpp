@@ -5,7 +5,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "construct/order/rows-inl.h"
+#include "construct/fields/rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::plane_simd::HWY_NAMESPACE {

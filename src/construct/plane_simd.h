@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "construct/order/vac_field.h"
+#include "construct/fields/vac_field.h"
 #include "construct/stamp_kernel.h"
 
 namespace noiseloom::plane_simd {

@@ -23,7 +23,7 @@
 #include "noiseloom/run/resume.h"
 #include "noiseloom/run/shared_inputs.h"
 #include "noiseloom/run/stop_signals.h"
-#include "run/memory_words.h"
+#include "run/jobs/memory_words.h"
 #include "run/output.h"
 
 namespace noiseloom {

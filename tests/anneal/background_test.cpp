@@ -1,4 +1,4 @@
-#include "anneal/background.h"
+#include "anneal/deltas/background.h"
 
 #include <gtest/gtest.h>
 #include <hwy/highway.h>

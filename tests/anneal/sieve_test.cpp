@@ -1,5 +1,5 @@
 // Estimates of dE by features of all slices, and what is done with them.
-#include "anneal/sieve.h"
+#include "anneal/deltas/sieve.h"
 
 #include <gtest/gtest.h>
 #include <hwy/highway.h>
@@ -8,9 +8,9 @@
 #include <limits>
 #include <numeric>
 
-#include "anneal/delta_fields.h"
+#include "anneal/deltas/delta_fields.h"
 #include "anneal/feature_fixture.h"
-#include "anneal/sieve_margin.h"
+#include "anneal/moves/sieve_margin.h"
 #include "noiseloom/anneal/slice_mover.h"
 #include "support/sanitizers.h"
 

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <set>
 
-#include "anneal/proposals.h"
+#include "anneal/moves/proposals.h"
 #include "anneal/texture_fixture.h"
 #include "noiseloom/core/random.h"
 

@@ -10,7 +10,7 @@
 #include <numeric>
 #include <string>
 
-#include "anneal/tap_plan.h"
+#include "anneal/fields/tap_plan.h"
 #include "bench/machine_limits.h"
 #include "bench/ratio_table.h"
 #include "noiseloom/anneal/slice_mover.h"

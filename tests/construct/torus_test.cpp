@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "construct/order/vac_field.h"
-#include "construct/order/vac_kernel.h"
+#include "construct/fields/vac_field.h"
+#include "construct/fields/vac_kernel.h"
 #include "support/vac_specs.h"
 
 namespace noiseloom {

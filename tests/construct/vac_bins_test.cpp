@@ -7,8 +7,8 @@
 #include <random>
 #include <utility>
 
-#include "construct/order/vac_bins.h"
-#include "construct/order/vac_plane_bins.h"
+#include "construct/bins/vac_bins.h"
+#include "construct/bins/vac_plane_bins.h"
 #include "support/vac_specs.h"
 
 namespace noiseloom {

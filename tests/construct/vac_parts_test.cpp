@@ -11,10 +11,10 @@
 #include <thread>
 #include <utility>
 
+#include "construct/fields/vac_field.h"
+#include "construct/fields/vac_kernel.h"
 #include "construct/order/vac_exchange.h"
-#include "construct/order/vac_field.h"
 #include "construct/order/vac_fields.h"
-#include "construct/order/vac_kernel.h"
 #include "construct/order/vac_order.h"
 #include "construct/order/vac_start.h"
 #include "support/vac_specs.h"

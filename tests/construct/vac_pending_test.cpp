@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "construct/order/vac_field.h"
+#include "construct/fields/vac_field.h"
 #include "support/vac_specs.h"
 
 namespace noiseloom {

@@ -11,7 +11,7 @@
 #include <set>
 #include <string>
 
-#include "construct/order/vac_kernel.h"
+#include "construct/fields/vac_kernel.h"
 #include "support/mpi_session.h"
 #include "support/vac_specs.h"
 #include "support/void_and_cluster_oracle.h"

@@ -1,4 +1,4 @@
-#include "run/joining.h"
+#include "run/jobs/joining.h"
 
 #include <gtest/gtest.h>
 

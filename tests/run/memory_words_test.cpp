@@ -1,5 +1,5 @@
 // What runs short is named, and nothing else is taken for a shortage.
-#include "run/memory_words.h"
+#include "run/jobs/memory_words.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -10,7 +10,7 @@
 
 #include "noiseloom/anneal/swap_choices.h"
 #include "noiseloom/dist/halo_plan.h"
-#include "run/plan_filter.h"
+#include "run/plans/plan_filter.h"
 #include "support/mpi_session.h"
 
 namespace noiseloom {

@@ -1,4 +1,4 @@
-#include "run/start_file.h"
+#include "run/checkpoints/start_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -3,8 +3,8 @@
 //
 //   K(a, b) = f(a)^T A f(b)  +  terms of one sample alone, which no swap of samples within a slice changes
 //
-// With them the pull of all other slices on a sample is a sum that is taken once for each visit (anneal/background.h),
-// however many slices the temporal filter reaches.
+// With them the pull of all other slices on a sample is a sum that is taken once for each visit
+// (anneal/deltas/background.h), however many slices the temporal filter reaches.
 //
 // f are functions that are cheap to evaluate: products of cosines cos(k pi x) over the bounding box of the samples
 // (scalars, vectors), cos and sin(2 pi k x) (circle), monomials (directions); of the kernel -d, odd ones where even

@@ -23,7 +23,7 @@
 // shortest way passes no edge, and between any two tiles, over N, where it does.
 //
 // On a toroidal axis k_a is summed over all images of d, so a footprint larger than the axis folds and nothing changes
-// under a shift of the torus. Weights are fixed-point integers (construct/order/vac_kernel.h in src): energies never
+// under a shift of the torus. Weights are fixed-point integers (construct/fields/vac_kernel.h in src): energies never
 // drift.
 //
 // Three phases, each a sequence of picks at an extreme of the key (energy, keyed hash of the position, position), which

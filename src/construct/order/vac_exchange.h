@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "construct/order/vac_field.h"
+#include "construct/fields/vac_field.h"
 #include "noiseloom/dist/communicator.h"
 
 namespace noiseloom {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "construct/order/vac_sources.h"
+#include "construct/fields/vac_sources.h"
 #include "noiseloom/core/partition.h"
 
 namespace noiseloom {

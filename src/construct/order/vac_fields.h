@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "construct/order/vac_field.h"
-#include "construct/order/vac_portion.h"
+#include "construct/fields/vac_field.h"
+#include "construct/fields/vac_portion.h"
+#include "construct/fields/vac_work.h"
 #include "construct/order/vac_windows.h"
-#include "construct/order/vac_work.h"
 
 namespace noiseloom {
 

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <numeric>
 
-#include "construct/order/vac_sources.h"
+#include "construct/fields/vac_sources.h"
 
 namespace noiseloom {
 

@@ -11,10 +11,10 @@
 #include <span>
 #include <vector>
 
+#include "construct/bins/vac_selector.h"
+#include "construct/fields/vac_portion.h"
+#include "construct/fields/vac_work.h"
 #include "construct/order/vac_exchange.h"
-#include "construct/order/vac_portion.h"
-#include "construct/order/vac_selector.h"
-#include "construct/order/vac_work.h"
 #include "noiseloom/core/partition.h"
 
 namespace noiseloom {

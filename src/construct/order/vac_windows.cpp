@@ -5,7 +5,7 @@
 #include <numeric>
 #include <utility>
 
-#include "construct/order/vac_field_simd.h"
+#include "construct/fields/vac_field_simd.h"
 
 namespace noiseloom {
 namespace {

@@ -16,9 +16,9 @@
 #include <span>
 #include <vector>
 
-#include "construct/order/vac_field.h"
-#include "construct/order/vac_selector.h"
-#include "construct/order/vac_work.h"
+#include "construct/bins/vac_selector.h"
+#include "construct/fields/vac_field.h"
+#include "construct/fields/vac_work.h"
 
 namespace noiseloom {
 
