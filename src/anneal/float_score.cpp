@@ -15,8 +15,8 @@ namespace noiseloom::HWY_NAMESPACE {
 // sums[lane] += sum over taps of F d(own, other at the tap), for sixteen cells in a row. Four sums at a time, so that
 // none waits for the one before it.
 template <DistanceKind kind, int C>
-HWY_INLINE void add_block(std::span<const FloatScore::Tap> taps, const float* own, const float* other,
-                          std::int64_t plane_size, double* sums) {
+HWY_NOINLINE void add_block(std::span<const FloatScore::Tap> taps, const float* own, const float* other,
+                            std::int64_t plane_size, double* sums) {
   constexpr std::size_t chains = 4;
   for (std::size_t p = 0; p < num_parts; ++p) {
     V a[C];

@@ -18,9 +18,12 @@ struct SampleRun {
 // order: the same bits whatever vector width the machine has.
 using RunSum = double (*)(SampleRun a, SampleRun b, std::size_t count, std::size_t channels);
 
-// d(a_i, b_i). `portable` leaves out what only some machines have.
-RunSum sum_of_pairs(DistanceKind kind, bool portable = false);
+// Which instructions may be used, where the machine has them.
+enum class Widest { avx512, avx2, portable };
+
+// d(a_i, b_i)
+RunSum sum_of_pairs(DistanceKind kind, Widest widest = Widest::avx512);
 // d(a_0, b_i)
-RunSum sum_to_first(DistanceKind kind, bool portable = false);
+RunSum sum_to_first(DistanceKind kind, Widest widest = Widest::avx512);
 
 }  // namespace noiseloom

@@ -212,8 +212,14 @@ TEST(Score, HasTheSameBitsForAnyVectorWidth) {
         DistanceKind::manhattan, DistanceKind::chebyshev, DistanceKind::cosine}) {
     const SampleRun a{values.data(), 1527};
     for (const std::size_t count : {0U, 1U, 7U, 8U, 127U, 128U, 129U, 1018U}) {
-      EXPECT_EQ(sum_of_pairs(kind)(a, a.from(509), count, 3), sum_of_pairs(kind, true)(a, a.from(509), count, 3));
-      EXPECT_EQ(sum_to_first(kind)(a, a.from(509), count, 3), sum_to_first(kind, true)(a, a.from(509), count, 3));
+      for (const std::size_t channels : {std::size_t{2}, std::size_t{3}}) {
+        const double of_pairs = sum_of_pairs(kind, Widest::portable)(a, a.from(509), count, channels);
+        const double to_first = sum_to_first(kind, Widest::portable)(a, a.from(509), count, channels);
+        for (const Widest widest : {Widest::avx2, Widest::avx512}) {
+          EXPECT_EQ(sum_of_pairs(kind, widest)(a, a.from(509), count, channels), of_pairs);
+          EXPECT_EQ(sum_to_first(kind, widest)(a, a.from(509), count, channels), to_first);
+        }
+      }
     }
   }
 }
