@@ -50,6 +50,9 @@ struct ExportOutput {
 
   // Whether a channel holds the density of the samples.
   bool has_density() const;
+  // Says in `job`, whose extents are known, what this output decides when `num_slices` are exported: the layout, how
+  // many slices a file holds, and their pixels.
+  void describe(ContainerJob& job, std::int32_t num_slices) const;
 };
 
 struct ExportPlan {

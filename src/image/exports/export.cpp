@@ -182,16 +182,7 @@ std::string description(const ExportPlan& plan, const ExportOutput& output, cons
 void write_output(OutputFiles& files, const ExportPlan& plan, const ExportOutput& output, ContainerJob job,
                   SliceEncoder& encoder) {
   const std::unique_ptr<ContainerWriter> writer = output.container->make(files);
-  const bool one_a_slice = output.layout == ExportLayout::slices;
-  job.layout = output.layout;
-  job.columns = output.columns;
-  job.num_slices = one_a_slice ? 1 : plan.num_slices();
-  job.slice = {narrow<int>(job.extents.width()),
-               narrow<int>(job.extents.height()),
-               static_cast<int>(output.pixel.source.size()),
-               output.type,
-               output.pixel.names,
-               output.pixel.alpha};
+  output.describe(job, plan.num_slices());
   job.decoding = decoding(plan, output.type);
   job.holds_samples = !plan.num_points && !plan.reads && (!output.has_density() || plan.with_density);
   for (std::size_t f = 0; f < output.targets.size(); ++f) {
@@ -214,6 +205,18 @@ std::string points_text(const ExportPlan& plan, const Extents& extents, SliceEnc
 
 bool ExportOutput::has_density() const {
   return std::find(pixel.source.begin(), pixel.source.end(), density_channel) != pixel.source.end();
+}
+
+void ExportOutput::describe(ContainerJob& job, std::int32_t num_slices) const {
+  job.layout = layout;
+  job.columns = columns;
+  job.num_slices = layout == ExportLayout::slices ? 1 : num_slices;
+  job.slice = {narrow<int>(job.extents.width()),
+               narrow<int>(job.extents.height()),
+               static_cast<int>(pixel.source.size()),
+               type,
+               pixel.names,
+               pixel.alpha};
 }
 
 std::string unfinished_run(const RunFileContent& content, const RunConfig& config) {

@@ -251,15 +251,7 @@ ExportResult export_packed(const std::vector<std::string>& paths, const std::str
   ContainerJob job;
   job.source = paths.front();
   job.extents = plan.extents;
-  job.layout = output.layout;
-  job.columns = output.columns;
-  job.num_slices = output.layout == ExportLayout::slices ? 1 : plan.end - plan.begin;
-  job.slice = {narrow<int>(job.extents.width()),
-               narrow<int>(job.extents.height()),
-               static_cast<int>(output.pixel.source.size()),
-               output.type,
-               output.pixel.names,
-               output.pixel.alpha};
+  output.describe(job, plan.num_slices());
   job.range = plan.range;
   job.samples = "packed";
   job.decoding = is_integer(output.type)
