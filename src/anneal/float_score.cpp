@@ -13,7 +13,8 @@ HWY_BEFORE_NAMESPACE();
 namespace noiseloom::HWY_NAMESPACE {
 
 // sums[lane] += sum over taps of F d(own, other at the tap), for sixteen cells in a row. Four sums at a time, so that
-// none waits for the one before it.
+// none waits for the one before it. Not inlined, as it is called at two places and would be compiled twice for every
+// kind of distance and set of instructions.
 template <DistanceKind kind, int C>
 HWY_NOINLINE void add_block(std::span<const FloatScore::Tap> taps, const float* own, const float* other,
                             std::int64_t plane_size, double* sums) {

@@ -17,12 +17,38 @@ constexpr std::int64_t tasks_wanted = 64;
 
 std::int64_t ceil_div(std::int64_t a, std::int64_t b) { return (a + b - 1) / b; }
 
-// Deals each group of `parts` samples that follow each other to the blocks of the slice in random order.
+// The samples in an order in which neighbours are near each other in their space, and which depends on their values
+// alone where these differ: the bits of their ranks along each channel, interleaved [Morton66].
+std::vector<std::size_t> order_in_space(const std::vector<float>& list, std::size_t channels) {
+  const std::size_t size = list.size() / channels;
+  const std::size_t used = std::min(channels, std::size_t{8});
+  const std::size_t bits = std::min(std::size_t{20}, 64 / used);
+  std::vector<std::size_t> order(size);
+  std::vector<std::uint64_t> keys(size);
+  for (std::size_t c = 0; c < used; ++c) {
+    const auto value = [&](std::size_t i) { return list[i * channels + c]; };
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return value(i) < value(j); });
+    std::size_t rank = 0;  // the same for equal values
+    for (std::size_t at = 0; at < size; ++at) {
+      if (at > 0 && value(order[at - 1]) < value(order[at])) rank = at;
+      const std::uint64_t coordinate = (rank << bits) / size;
+      for (std::size_t bit = 0; bit < bits; ++bit) keys[order[at]] |= (coordinate >> bit & 1) << (bit * used + c);
+    }
+  }
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return keys[i] < keys[j]; });
+  return order;
+}
+
+// Deals each group of `parts` samples that are near each other to the blocks of the slice in random order, so that
+// every block is spread over the space as the slice is.
 std::vector<std::vector<float>> dealt(const Division& division, SliceIndex slice, const std::vector<float>& list) {
   const auto count = static_cast<std::size_t>(division.channels);
   const auto parts = static_cast<std::size_t>(division.parts);
   NOISELOOM_CHECK_EQ(std::ssize(list), division.cells_per_slice * division.channels);
   if (parts == 1) return {list};
+  const std::vector<std::size_t> near = order_in_space(list, count);
   std::vector<std::vector<float>> blocks(parts);
   std::vector<std::size_t> order;
   RandomBlock random{};
@@ -35,7 +61,7 @@ std::vector<std::vector<float>> dealt(const Division& division, SliceIndex slice
       std::swap(order[i - 1], order[to_below(random[draws++ % 4], i)]);
     }
     for (std::size_t i = 0; i < order.size(); ++i) {
-      const float* sample = list.data() + (first + i) * count;
+      const float* sample = list.data() + near[first + i] * count;
       blocks[order[i]].insert(blocks[order[i]].end(), sample, sample + count);
     }
   }
@@ -83,25 +109,29 @@ std::int64_t blocks_per_task(const Division& division) {
   const std::int64_t block = ceil_div(division.cells_per_slice, division.parts);
   const std::int64_t enough =
       std::clamp(ceil_div(blocks, tasks_wanted), std::int64_t{1}, std::max(std::int64_t{1}, samples_per_task / block));
-  return division.stride > 1 ? std::max(division.parts, enough) : enough;
+  return division.meets_own_slice() ? ceil_div(enough, division.parts) * division.parts : enough;  // whole slices
 }
 
 }  // namespace
 
 std::int64_t Division::num_tasks() const { return sorts_everything ? 1 : ceil_div(num_blocks(), blocks_per_task); }
 
-double Division::pair_factor() const {
+Division::PairFactors Division::pair_factors() const {
   const double all = num_samples() * num_samples();
-  if (exact) return 2 / all;
+  if (exact) return {2 / all, 0};
   double own = 0;
   double ring = 0;
+  double ring_of_slice = 0;
   for (std::int64_t part = 0; part < parts; ++part) {
     const auto n = static_cast<double>(size(part));
     own += n * n;
     for (std::int64_t j = 1; j <= neighbours; ++j) ring += n * static_cast<double>(size((part + j * stride) % parts));
+    ring_of_slice += n * static_cast<double>(size((part + 1) % parts));
   }
   const auto slices = static_cast<double>(num_slices);
-  return (1 - slices * own / all) / (slices * ring);
+  if (!meets_own_slice()) return {(1 - slices * own / all) / (slices * ring), 0};
+  const auto slice = static_cast<double>(cells_per_slice) * static_cast<double>(cells_per_slice);
+  return {(1 - slices * slice / all) / (slices * ring), (slice - own) / (all * ring_of_slice)};
 }
 
 Division divide_pairs(DistanceKind kind, int channels, std::int64_t cells_per_slice, std::int32_t num_slices,
@@ -123,7 +153,7 @@ Division divide_pairs(DistanceKind kind, int channels, std::int64_t cells_per_sl
   division.parts = ceil_div(cells_per_slice, largest);
   division.neighbours =
       division.exact ? division.num_blocks() / 2 : std::max(std::int64_t{1}, smallest / cells_per_slice);
-  if (!division.exact && division.parts > 1 && num_slices > 1) division.stride = division.parts + 1;
+  if (division.meets_own_slice()) division.stride = division.parts;
   NOISELOOM_CHECK(division.exact || 2 * division.neighbours < division.num_blocks());
   division.blocks_per_task = blocks_per_task(division);
   return division;
@@ -138,6 +168,7 @@ double run_division_task(const Division& division, std::int64_t task, const Slic
       load_blocks(division, first, std::min(own + division.neighbours * division.stride, num_blocks), list);
   CompensatedSum inside;
   CompensatedSum between;
+  CompensatedSum in_slice;
   for (std::int64_t k = 0; k < own; ++k) {
     const SampleBlock& block = blocks[static_cast<std::size_t>(k)];
     inside.add(self_distance_sum(division.kind, division.channels, block));
@@ -146,9 +177,14 @@ double run_division_task(const Division& division, std::int64_t task, const Slic
       const bool met_twice = division.exact && 2 * j == num_blocks;  // opposite each other on the ring
       between.add(cross_distance_sum(division.kind, division.channels, block, other) / (met_twice ? 2 : 1));
     }
+    if (division.meets_own_slice()) {  // tasks have whole slices
+      const std::int64_t next = k % division.parts + 1 < division.parts ? k + 1 : k + 1 - division.parts;
+      in_slice.add(cross_distance_sum(division.kind, division.channels, block, blocks[static_cast<std::size_t>(next)]));
+    }
   }
   const double all = division.num_samples() * division.num_samples();
-  return inside.value() / all + division.pair_factor() * between.value();
+  const Division::PairFactors factors = division.pair_factors();
+  return inside.value() / all + factors.between * between.value() + factors.in_slice * in_slice.value();
 }
 
 }  // namespace noiseloom

@@ -6,13 +6,6 @@
 
 #include "noiseloom/core/math.h"
 
-// GCC takes vectors of half the width unless it is told. Clang has no such word, and takes half.
-#if defined(__clang__)
-#define NOISELOOM_AVX512 [[gnu::target("avx512f,avx512vl,avx512dq")]]
-#else
-#define NOISELOOM_AVX512 [[gnu::target("avx512f,avx512vl,avx512dq,prefer-vector-width=512")]]
-#endif
-
 namespace noiseloom {
 namespace {
 
@@ -99,7 +92,8 @@ template <DistanceKind kind, std::size_t step>
 }
 
 template <DistanceKind kind, std::size_t step>
-NOISELOOM_AVX512 double run_sum_avx512(SampleRun a, SampleRun b, std::size_t count, std::size_t channels) {
+[[gnu::target("avx512f,avx512vl,avx512dq")]] double run_sum_avx512(SampleRun a, SampleRun b, std::size_t count,
+                                                                   std::size_t channels) {
   return run_sum<kind, step>(a, b, count, channels);
 }
 #endif
@@ -107,7 +101,8 @@ NOISELOOM_AVX512 double run_sum_avx512(SampleRun a, SampleRun b, std::size_t cou
 template <DistanceKind kind, std::size_t step>
 RunSum best(Widest widest) {
 #if defined(__x86_64__)
-  const bool has_avx512 = __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+  const bool has_avx512 =
+      __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq");
   if (widest == Widest::avx512 && has_avx512) return run_sum_avx512<kind, step>;
   if (widest != Widest::portable && __builtin_cpu_supports("avx2")) return run_sum_avx2<kind, step>;
 #else

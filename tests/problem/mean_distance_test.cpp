@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -121,7 +122,8 @@ std::vector<float> line_list(std::uint64_t seed, SliceIndex slice, std::int64_t 
 struct Errors {
   double mean = 0;
   double rms = 0;
-  double pairs = 0;
+  double pairs = 0;            // of a ring
+  double pairs_of_slices = 0;  // as if slices were not divided
 };
 
 // Relative errors of the estimate from blocks, over many textures.
@@ -134,8 +136,8 @@ Errors block_errors(std::int64_t n, std::int32_t num_slices, bool stratified, in
   const Division division = divide_pairs(DistanceKind::euclidean, 2, n, num_slices, budget);
   EXPECT_FALSE(division.exact);
   Errors errors;
-  errors.pairs = division.num_samples() * static_cast<double>(division.neighbours) * static_cast<double>(n) /
-                 static_cast<double>(division.parts);
+  errors.pairs_of_slices = division.num_samples() * static_cast<double>(division.neighbours) * static_cast<double>(n);
+  errors.pairs = errors.pairs_of_slices / static_cast<double>(division.parts);
   for (int seed = 1; seed <= textures; ++seed) {
     const auto list = [&](SliceIndex slice) {
       return line_list(static_cast<std::uint64_t>(seed), slice, n, stratified);
@@ -161,9 +163,12 @@ Errors block_errors(std::int64_t n, std::int32_t num_slices, bool stratified, in
 // c of mean_distance.cpp is sqrt(2/45) * 3 = 0.63 for a line. The rms of 36 errors is known to a factor 1 +- 0.12 (one
 // standard deviation), so 1.5 is four of them, and their mean to a sixth of the rms.
 TEST(MeanDistance, FromBlocksIsUnbiasedWithinTheStatedError) {
-  for (const auto& [n, slices] : {std::pair<std::int64_t, std::int32_t>{1021, 7}, {256, 31}, {64, 128}, {8191, 1}}) {
+  for (const auto& [n, slices] : {std::pair<std::int64_t, std::int32_t>{1021, 7}, {256, 31}, {64, 128}}) {
     const Errors errors = block_errors(n, slices, false, 36);
-    const double stated = 0.63 / std::sqrt(errors.pairs);
+    // Of what slices have to do with each other in the exact mean, the pairs that are looked at are a part.
+    const double between = 1 - 1.0 / slices;
+    const double looked_at = 2 * errors.pairs_of_slices / (between * std::pow(static_cast<double>(n * slices), 2));
+    const double stated = 0.63 / std::sqrt(errors.pairs_of_slices) * between * std::sqrt(1 - looked_at);
     EXPECT_LT(errors.rms, 1.5 * stated);
     EXPECT_GT(errors.rms, stated / 1.5);
     EXPECT_LT(std::fabs(errors.mean), 4 * stated / 6);
@@ -174,6 +179,44 @@ TEST(MeanDistance, FromBlocksOfStratifiedListsIsFarMoreExact) {
   for (const auto& [n, slices] : {std::pair<std::int64_t, std::int32_t>{1024, 8}, {256, 31}, {8192, 1}}) {
     const Errors errors = block_errors(n, slices, true, 16);
     EXPECT_LT(errors.rms, 0.01 * 0.63 / std::sqrt(errors.pairs));
+  }
+  // A single slice is divided as if it were stratified.
+  const Errors errors = block_errors(8191, 1, false, 16);
+  EXPECT_LT(errors.rms, 0.01 * 0.63 / std::sqrt(errors.pairs));
+}
+
+// Points of a jittered grid, in its order and in that of a texture: blocks are the same sets, far nearer to all pairs
+// than blocks of as many points that are drawn would be.
+TEST(MeanDistance, FromBlocksDoesNotDependOnTheOrderOfTheList) {
+  constexpr std::int64_t side = 48;
+  const auto points = [](SliceIndex slice, bool shuffled) {
+    std::vector<std::array<float, 2>> list;
+    for (std::int64_t i = 0; i < side * side; ++i) {
+      const RandomBlock bits =
+          random_block(3, Purpose::jitter, static_cast<std::uint32_t>(slice), 0, static_cast<std::uint64_t>(i));
+      list.push_back({(static_cast<float>(i % side) + to_unit_float(bits[0])) / side,
+                      (static_cast<float>(i / side) + to_unit_float(bits[1])) / side});
+    }
+    for (std::size_t i = list.size(); shuffled && i > 1; --i) {
+      std::swap(list[i - 1], list[random_block(5, Purpose::jitter, static_cast<std::uint32_t>(slice), 0, i)[0] % i]);
+    }
+    std::vector<float> samples;
+    for (const auto& [x, y] : list) samples.insert(samples.end(), {x, y});
+    return samples;
+  };
+  for (const std::int32_t slices : {1, 2, 7}) {
+    PairBudget budget;
+    const Division all = divide_pairs(DistanceKind::euclidean, 2, side * side, slices, budget);
+    ASSERT_TRUE(all.exact);
+    budget.max_paired_samples = 1;
+    budget.largest_block = budget.smallest_block = side * side / 8;
+    const Division division = divide_pairs(DistanceKind::euclidean, 2, side * side, slices, budget);
+    EXPECT_EQ(division.parts, 8);
+    const double in_order = by_tasks(division, [&](SliceIndex slice) { return points(slice, false); });
+    EXPECT_EQ(by_tasks(division, [&](SliceIndex slice) { return points(slice, true); }), in_order);
+    const double exact = by_tasks(all, [&](SliceIndex slice) { return points(slice, false); });
+    const double of_drawn = 0.42 / std::sqrt(static_cast<double>(slices * side * side * side * side / 8));
+    EXPECT_NEAR(in_order / exact, 1, 0.05 * of_drawn) << slices;
   }
 }
 

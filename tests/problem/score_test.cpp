@@ -4,9 +4,13 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
 #include <set>
+#include <tuple>
+#include <utility>
 
 #include "problem/score_distance.h"
 #include "problem/score_row_simd.h"
@@ -207,6 +211,13 @@ TEST(Score, OfTwoValuesInCheckerboardVanishesUnderTwoTapBox) {
 TEST(Score, HasTheSameBitsForAnyVectorWidth) {
   const Texture texture = oracle::random_texture(Extents({509, 3}), DistanceKind::angle, 3, 2);
   std::vector<double> values(texture.values.begin(), texture.values.end());
+  // Directions along axes, whose products are zeros of either sign.
+  for (const auto& [at, x, y, z] :
+       {std::tuple(0, -1.0, 0.0, 0.0), std::tuple(509, 0.0, -0.6, -0.8), std::tuple(511, 0.0, 1.0, -0.0)}) {
+    for (const auto& [channel, value] : {std::pair(0, x), std::pair(1, y), std::pair(2, z)})
+      values[static_cast<std::size_t>(channel * 1527 + at)] = value;
+  }
+  const auto bits = [](double sum) { return std::bit_cast<std::uint64_t>(sum); };
   for (const DistanceKind kind :
        {DistanceKind::absolute, DistanceKind::circle, DistanceKind::euclidean, DistanceKind::angle, DistanceKind::axis,
         DistanceKind::manhattan, DistanceKind::chebyshev, DistanceKind::cosine}) {
@@ -216,8 +227,8 @@ TEST(Score, HasTheSameBitsForAnyVectorWidth) {
         const double of_pairs = sum_of_pairs(kind, Widest::portable)(a, a.from(509), count, channels);
         const double to_first = sum_to_first(kind, Widest::portable)(a, a.from(509), count, channels);
         for (const Widest widest : {Widest::avx2, Widest::avx512}) {
-          EXPECT_EQ(sum_of_pairs(kind, widest)(a, a.from(509), count, channels), of_pairs);
-          EXPECT_EQ(sum_to_first(kind, widest)(a, a.from(509), count, channels), to_first);
+          EXPECT_EQ(bits(sum_of_pairs(kind, widest)(a, a.from(509), count, channels)), bits(of_pairs));
+          EXPECT_EQ(bits(sum_to_first(kind, widest)(a, a.from(509), count, channels)), bits(to_first));
         }
       }
     }

@@ -151,7 +151,7 @@ class Construct(ProgramTest):
         self.stop_and_resume(CIRCLE, {"spread", "relax", "exchange", "done"})
 
     def stop_and_resume(self, text, expected_phases):
-        config = self.write("small.toml", re.sub("x = [0-9]+, y = 7", "x = 8, y = 5", text))  # a part is a pixel of each slice
+        config = self.write("small.toml", re.sub("x = [0-9]+, y = 7", "x = 9, y = 5", text))  # a part is one pick in each slice
         self.generate("straight.h5", config=config)
         expected = self.info("straight.h5")["checksums"]
         phases = set()
@@ -168,6 +168,7 @@ class Construct(ProgramTest):
             for command in (("score", "parts.h5"), ("export", "parts.h5", "-o", "images"))[: 2 if part == 2 else 0]:
                 self.assertIn("not finished", self.run_program(*command, expect=2).stderr)
         self.assertEqual(phases, expected_phases)
+        self.assertGreater(part, 20, "parts of all these numbers of ranks")
         self.assertEqual(self.info("parts.h5")["checksums"], expected)
         history = self.info("parts.h5")["history"]
         self.assertEqual([history[column] for column in ("phase", "swaps", "ranked")],

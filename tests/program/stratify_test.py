@@ -74,6 +74,7 @@ class Stratify(ProgramTest):
             text = text.replace("= 60", "= 3")
             self.generate(text, "one.h5", "--overwrite", "--threads", 1)
             expected = self.info("one.h5")["checksums"]
+            self.assertGreater(max(self.info("one.h5")["history"]["acceptance"]), 0)
             self.generate(text, "many.h5", "--overwrite", "--threads", 2, ranks=3)
             self.assertEqual(self.info("many.h5")["checksums"], expected)
             (self.folder / "parts.h5").unlink(missing_ok=True)

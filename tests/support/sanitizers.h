@@ -12,7 +12,8 @@ inline constexpr bool under_sanitizers = false;
 // How many of `count` draws are made: a tenth under sanitizers, which look for other faults than those that take many.
 constexpr unsigned tried(unsigned count) { return under_sanitizers ? count / 10 : count; }
 
-// Between two of what is gone through one by one elsewhere, where each takes a process or a large texture.
+// Loops over cases that each take a process or a search go by this step: under sanitizers they try every fourth case,
+// and the release build tries all.
 inline constexpr int stride = under_sanitizers ? 4 : 1;
 
 }  // namespace noiseloom::testing_support

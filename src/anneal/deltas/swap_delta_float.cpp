@@ -12,7 +12,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "anneal/fields/swap_term-inl.h"
+#include "anneal/deltas/swap_term-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::HWY_NAMESPACE {
