@@ -8,15 +8,16 @@
 // term of first order. What is left are the m(e_A, e_B) of the neighbours. Where blocks are slices that have nothing to
 // do with each other, these have mean zero and, for samples without any order, standard deviation c m / n_A, so the
 // relative error is c / sqrt(pairs looked at); c is 0.63 for a line, whose mean is found by sorting, and at most 0.45
-// for points, directions, rotations and axes (0.65 by their cosines). The test FromBlocksIsUnbiasedWithinTheStatedError
-// measures 0.84 to 1.21 of it, on a line.
+// for the points, directions, rotations and axes made here (0.65 by their cosines): with 2^29 pairs, 2e-5. The test
+// FromBlocksIsUnbiasedWithinTheStatedError holds lines to 0.67 to 1.5 of it.
 //
 // Larger slices are divided into blocks, each spread over the space as its slice is: samples that are near each other
 // are dealt to different blocks. All e_A of a slice are then nearly the same, so it is as if all pairs of a slice and
 // the next were looked at; pairs within slices have a ring of their own, as they are not independent. For slices that
-// are stratified, as those of every texture made here, e_A is small itself: 128x128x8 points or directions in any order
-// have an error of some 1e-8 from 2^29 pairs a ring, where blocks that are dealt without looking at the samples have
-// 1e-5 (FromBlocksDoesNotDependOnTheOrderOfTheList).
+// are stratified, as those of every texture made here, e_A is small itself: an estimate for 128x128x8 points or
+// directions in the order of their pixels was off by 2e-9 and 4e-9 with 2^29 pairs a ring, where blocks that were dealt
+// without looking at the samples had 4e-5 (FromBlocksDoesNotDependOnTheOrderOfTheList tries small ones).
+#include <algorithm>
 #include <vector>
 
 #include "noiseloom/problem/score.h"
@@ -42,6 +43,16 @@ std::int64_t MeanDistance::num_pairs() const {
 
 std::int64_t MeanDistance::num_tasks() const {
   return divide_pairs(kind_, channels_, cells_per_slice_, num_slices_).num_tasks();
+}
+
+double MeanDistance::task_bytes() const {
+  const Division division = divide_pairs(kind_, channels_, cells_per_slice_, num_slices_);
+  const auto cells = static_cast<double>(cells_per_slice_);
+  const double list = 4.0 * channels_ * cells;
+  // Blocks of two slices in double; and a slice on its way to them: with its order in space, then by blocks.
+  if (division.parts > 1 && !division.exact) return 4 * list + 24 * std::min(cells, 0x1p22);
+  // The blocks of a task, and what a vector that grows keeps in reserve.
+  return 2.25 * std::max(list, 4 * std::min(division.num_samples(), 0x1p20));
 }
 
 double MeanDistance::run_task(std::int64_t task, const SliceList& list) const {

@@ -1,8 +1,11 @@
 #include "problem/mean_distance_division.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <numeric>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "noiseloom/core/random.h"
@@ -14,31 +17,54 @@ namespace {
 
 constexpr std::int64_t samples_per_task = std::int64_t{1} << 20;
 constexpr std::int64_t tasks_wanted = 64;
+constexpr std::int64_t largest_ordered_slice = std::int64_t{1} << 22;
 
 std::int64_t ceil_div(std::int64_t a, std::int64_t b) { return (a + b - 1) / b; }
 
+// Ascending by the upper half; equals stay in the order that they had. Digits of 11 bits, the last first.
+void sort_by_upper_half(std::vector<std::uint64_t>& items) {
+  constexpr std::uint64_t digit = 0x7ff;
+  std::vector<std::uint64_t> from(items.size());
+  for (const int shift : {32, 43, 54}) {
+    std::array<std::size_t, digit + 2> begin{};
+    for (const std::uint64_t item : items) ++begin[(item >> shift & digit) + 1];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    from.swap(items);
+    for (const std::uint64_t item : from) items[begin[item >> shift & digit]++] = item;
+  }
+}
+
+// Ascends as x does; the same for both zeros.
+std::uint32_t ascending_bits(float x) {
+  const auto bits = std::bit_cast<std::uint32_t>(x + 0.0F);
+  return bits >> 31 != 0 ? ~bits : bits | 0x80000000U;
+}
+
 // The samples in an order in which neighbours are near each other in their space, and which depends on their values
-// alone where these differ: the bits of their ranks along each channel, interleaved [Morton66].
-std::vector<std::size_t> order_in_space(const std::vector<float>& list, std::size_t channels) {
+// alone, but where these are within a step of the ranks: the bits of ranks along each channel, interleaved [Morton66].
+std::vector<std::uint32_t> order_in_space(const std::vector<float>& list, std::size_t channels) {
   const std::size_t size = list.size() / channels;
   const std::size_t used = std::min(channels, std::size_t{8});
-  const std::size_t bits = std::min(std::size_t{20}, 64 / used);
-  std::vector<std::size_t> order(size);
-  std::vector<std::uint64_t> keys(size);
+  const std::size_t bits = 32 / used;
+  std::vector<std::uint64_t> items(size);
+  std::vector<std::uint32_t> keys(size);
   for (std::size_t c = 0; c < used; ++c) {
-    const auto value = [&](std::size_t i) { return list[i * channels + c]; };
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return value(i) < value(j); });
+    for (std::size_t i = 0; i < size; ++i) items[i] = std::uint64_t{ascending_bits(list[i * channels + c])} << 32 | i;
+    sort_by_upper_half(items);
     std::size_t rank = 0;  // the same for equal values
     for (std::size_t at = 0; at < size; ++at) {
-      if (at > 0 && value(order[at - 1]) < value(order[at])) rank = at;
-      const std::uint64_t coordinate = (rank << bits) / size;
-      for (std::size_t bit = 0; bit < bits; ++bit) keys[order[at]] |= (coordinate >> bit & 1) << (bit * used + c);
+      if (at > 0 && items[at] >> 32 != items[at - 1] >> 32) rank = at;
+      const std::uint64_t coordinate = (std::uint64_t{rank} << bits) / size;
+      std::uint32_t& key = keys[static_cast<std::uint32_t>(items[at])];
+      for (std::size_t bit = 0; bit < bits; ++bit)
+        key |= static_cast<std::uint32_t>(coordinate >> bit & 1) << (bit * used + c);
     }
   }
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return keys[i] < keys[j]; });
-  return order;
+  for (std::size_t i = 0; i < size; ++i) items[i] = std::uint64_t{keys[i]} << 32 | i;
+  sort_by_upper_half(items);
+  std::transform(items.begin(), items.end(), keys.begin(),
+                 [](std::uint64_t item) { return static_cast<std::uint32_t>(item); });
+  return keys;
 }
 
 // Deals each group of `parts` samples that are near each other to the blocks of the slice in random order, so that
@@ -48,8 +74,12 @@ std::vector<std::vector<float>> dealt(const Division& division, SliceIndex slice
   const auto parts = static_cast<std::size_t>(division.parts);
   NOISELOOM_CHECK_EQ(std::ssize(list), division.cells_per_slice * division.channels);
   if (parts == 1) return {list};
-  const std::vector<std::size_t> near = order_in_space(list, count);
+  std::vector<std::uint32_t> near;
+  if (!division.exact && division.cells_per_slice <= largest_ordered_slice) near = order_in_space(list, count);
   std::vector<std::vector<float>> blocks(parts);
+  for (std::size_t part = 0; part < parts; ++part) {
+    blocks[part].reserve(static_cast<std::size_t>(division.size(static_cast<std::int64_t>(part))) * count);
+  }
   std::vector<std::size_t> order;
   RandomBlock random{};
   std::uint64_t draws = 0;
@@ -61,7 +91,8 @@ std::vector<std::vector<float>> dealt(const Division& division, SliceIndex slice
       std::swap(order[i - 1], order[to_below(random[draws++ % 4], i)]);
     }
     for (std::size_t i = 0; i < order.size(); ++i) {
-      const float* sample = list.data() + near[first + i] * count;
+      const std::size_t at = near.empty() ? first + i : near[first + i];
+      const float* sample = list.data() + at * count;
       blocks[order[i]].insert(blocks[order[i]].end(), sample, sample + count);
     }
   }
@@ -77,10 +108,13 @@ std::vector<SampleBlock> load_blocks(const Division& division, std::int64_t firs
   for (std::int64_t k = first; k < first + count; ++k) {
     const std::int64_t block = k % division.num_blocks();
     const auto slice = SliceIndex(block / division.parts);
-    if (slice != loaded) of_slice = dealt(division, slice, list(slice));
+    if (slice != loaded) {
+      of_slice.clear();  // before there are two
+      of_slice = dealt(division, slice, list(slice));
+    }
     loaded = slice;
-    blocks.push_back(
-        make_block(division.kind, division.channels, of_slice[static_cast<std::size_t>(block % division.parts)]));
+    blocks.push_back(make_block(division.kind, division.channels,
+                                std::exchange(of_slice[static_cast<std::size_t>(block % division.parts)], {})));
   }
   return blocks;
 }
@@ -105,7 +139,7 @@ double sorted_mean(const Division& division, const SliceList& list) {
 // A task makes the lists of its slices anew, so it takes whole slices where it can, and large parts of very large ones.
 std::int64_t blocks_per_task(const Division& division) {
   const std::int64_t blocks = division.num_blocks();
-  if (division.cells_per_slice > samples_per_task && division.num_slices == 1) return ceil_div(blocks, 4);
+  if (division.num_slices == 1 && !division.exact) return ceil_div(blocks, 4);  // each deals the slice anew
   const std::int64_t block = ceil_div(division.cells_per_slice, division.parts);
   const std::int64_t enough =
       std::clamp(ceil_div(blocks, tasks_wanted), std::int64_t{1}, std::max(std::int64_t{1}, samples_per_task / block));
@@ -151,10 +185,10 @@ Division divide_pairs(DistanceKind kind, int channels, std::int64_t cells_per_sl
     division.exact = true;
   }
   division.parts = ceil_div(cells_per_slice, largest);
-  division.neighbours =
-      division.exact ? division.num_blocks() / 2 : std::max(std::int64_t{1}, smallest / cells_per_slice);
+  division.neighbours = std::max(std::int64_t{1}, smallest / cells_per_slice);
+  if (2 * division.neighbours >= division.num_blocks()) division.exact = true;
+  if (division.exact) division.neighbours = division.num_blocks() / 2;
   if (division.meets_own_slice()) division.stride = division.parts;
-  NOISELOOM_CHECK(division.exact || 2 * division.neighbours < division.num_blocks());
   division.blocks_per_task = blocks_per_task(division);
   return division;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "noiseloom/problem/score.h"
@@ -217,6 +218,28 @@ TEST(MeanDistance, FromBlocksDoesNotDependOnTheOrderOfTheList) {
     const double exact = by_tasks(all, [&](SliceIndex slice) { return points(slice, false); });
     const double of_drawn = 0.42 / std::sqrt(static_cast<double>(slices * side * side * side * side / 8));
     EXPECT_NEAR(in_order / exact, 1, 0.05 * of_drawn) << slices;
+  }
+}
+
+// Few values, most of them equal, in eight channels and blocks of two sizes: every pair counts as often as it should.
+TEST(MeanDistance, FromBlocksOfEqualSamplesCountsEveryPair) {
+  for (const auto& [cells, slices, block] :
+       {std::tuple(30, 4, 15), std::tuple(31, 5, 16), std::tuple(31, 1, 8), std::tuple(29, 2, 10)}) {
+    PairBudget budget;
+    budget.max_paired_samples = 1;
+    budget.largest_block = budget.smallest_block = block;
+    const Division division = divide_pairs(DistanceKind::euclidean, 8, cells, slices, budget);
+    EXPECT_FALSE(division.exact);
+    EXPECT_EQ(division.parts, (cells + block - 1) / block);
+    // Half of the samples are 0 or -0, the others are 1 in one channel, and no two slices differ.
+    const auto list = [&, n = cells](SliceIndex) {
+      std::vector<float> samples(static_cast<std::size_t>(8 * n));
+      for (int i = 0; i < n; ++i)
+        samples[static_cast<std::size_t>(8 * i + 3)] = i % 2 == 0 ? 1 : i % 4 == 1 ? 0.0F : -0.0F;
+      return samples;
+    };
+    const double share = static_cast<double>((cells + 1) / 2) / cells;
+    EXPECT_NEAR(by_tasks(division, list), 2 * share * (1 - share), 0.02) << cells << " " << slices;
   }
 }
 

@@ -41,7 +41,7 @@ constexpr bool mean_is_sorted(DistanceKind kind) {
 // m, split into tasks so that ranks and threads can share them: m is the sum of what the tasks return, added up in
 // order by combine(). Exact (all n^2 pairs) by sorting up to 2^26 numbers, and for other distances up to 2^31
 // pairs; beyond, exact in first order, from all pairs inside blocks and between neighbouring blocks of a random
-// division of each slice (error stated in mean_distance.cpp).
+// division of each slice that parts samples near each other (error stated in mean_distance.cpp).
 class MeanDistance {
  public:
   MeanDistance(DistanceKind kind, int channels, std::int64_t cells_per_slice, std::int32_t num_slices);
@@ -52,6 +52,8 @@ class MeanDistance {
   bool exact() const;
   // How many pairs of samples are looked at, where samples are not sorted.
   std::int64_t num_pairs() const;
+  // The most memory that a task takes for its time, in bytes, where it does not sort all numbers.
+  double task_bytes() const;
   // All tasks on this process.
   double compute(const SliceList& list, ThreadPool& pool) const;
 

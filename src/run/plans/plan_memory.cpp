@@ -5,6 +5,7 @@
 
 #include "noiseloom/construct/void_and_cluster.h"
 #include "noiseloom/files/order_codec.h"
+#include "noiseloom/problem/score.h"
 
 namespace noiseloom {
 namespace {
@@ -96,12 +97,11 @@ PlanMemory swap_memory(const SwapSizes& sizes, const FilterOutline& scored, cons
   memory.at_score = held * values;
   const double lists = threads * (values + ids);
   const double samples = as_double(num_slices) * cells;
-  // All samples of the texture in double and the list of a slice; or the blocks of a task, and what a vector that grows
-  // keeps in reserve.
+  // All samples of the texture in double and the list of a slice; or what tasks hold.
   const double numbers = samples * sizes.channels;
   const bool sorts_all = sizes.sorts_for_mean && numbers <= 0x1p26 && rank.rank == Rank(0);
   const double tasks = std::min<double>(request.threads, std::ceil(as_double(sizes.mean_tasks) / request.ranks));
-  const double mean = sorts_all ? 8 * numbers + values : tasks * 2.25 * std::max(values, std::min(samples, 0x1p20) * 4);
+  const double mean = sorts_all ? 8 * numbers + values : tasks * sizes.mean_task_bytes;
   const double resumed = held * ids + own * values;
   memory.at_start = std::max({lists, mean, memory.at_score, resumed,
                               tap_bytes_while_built * as_double(scored.num_taps) - memory.texture - memory.halo,
@@ -144,9 +144,10 @@ PlanMemory construct_memory(const Extents& extents, const FilterOutline& overlap
   memory.halo = as_double(rank.halo_slices) * cells * 4;
   memory.filter = tap_bytes * as_double(overlap.num_taps) + coupled_slice_bytes * coupled + rows * (24 + 64);
   const double samples = as_double(extents.num_cells());
-  // The mean distance: all samples in double and the list of a slice, or blocks of them.
-  const double sorted =
-      samples <= 0x1p26 && rank.rank == Rank(0) ? 8 * samples + 4 * cells : 12 * std::min(samples, 0x1p20);
+  // The mean distance: all samples in double and the list of a slice, or what tasks hold.
+  const MeanDistance mean(DistanceKind::absolute, 1, extents.cells_per_slice(), extents.num_slices());
+  const double tasks = std::min<double>(request.threads, as_double(mean.num_tasks()));
+  const double sorted = samples <= 0x1p26 && rank.rank == Rank(0) ? 8 * samples + 4 * cells : tasks * mean.task_bytes();
   // R: the places of all slices that count for a rank, and their samples; those of one slice twice more on their way.
   memory.at_score = std::max((2 * held + 2) * 4 * cells, sorted);
   // A node of a tree for every tap, while rows are cut.

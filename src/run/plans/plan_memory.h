@@ -25,6 +25,7 @@ struct SwapSizes {
   int channels = 1;
   bool sorts_for_mean = true;   // the mean distance is found by sorting
   std::int64_t mean_tasks = 1;  // that it is shared out in, among ranks and threads
+  double mean_task_bytes = 0;   // of each
   bool has_pdf = false;
   bool is_given = false;    // the arrangement that the run begins with is kept
   std::int64_t visit = 1;   // iterations of a visit

@@ -196,6 +196,7 @@ SwapSizes SwapPlan::sizes() const {
   int features = 0;
   for (const PlanFeatures& moment : speed_.features) features = std::max(features, moment.count);
   if (with_features() && features == 0) features = most_features;
+  const MeanDistance mean(samples_.distance, samples_.channels, extents_.cells_per_slice(), extents_.num_slices());
   return {.slice = FieldLayout(judged_.plane, samples_.channels),
           .tile = FieldLayout(judged_.plane, samples_.channels, tiles_.window()),
           .num_tiles = tiles_.num_tiles(),
@@ -207,9 +208,8 @@ SwapSizes SwapPlan::sizes() const {
           .sieve_features = with_sieve() ? optimizer_.sieve_features : 0,
           .channels = samples_.channels,
           .sorts_for_mean = mean_is_sorted(samples_.distance),
-          .mean_tasks =
-              MeanDistance(samples_.distance, samples_.channels, extents_.cells_per_slice(), extents_.num_slices())
-                  .num_tasks(),
+          .mean_tasks = mean.num_tasks(),
+          .mean_task_bytes = mean.task_bytes(),
           .has_pdf = samples_.has_pdf,
           .is_given = start_ == Start::given,
           .visit = plan_.iterations_per_sweep,
