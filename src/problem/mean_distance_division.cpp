@@ -68,7 +68,8 @@ std::vector<std::uint32_t> order_in_space(const std::vector<float>& list, std::s
 }
 
 // Deals each group of `parts` samples that are near each other to the blocks of the slice in random order, so that
-// every block is spread over the space as the slice is.
+// every block is spread over the space as the slice is. In very large slices, whose order would take longer than the
+// pairs, each group of those that follow each other in the list.
 std::vector<std::vector<float>> dealt(const Division& division, SliceIndex slice, const std::vector<float>& list) {
   const auto count = static_cast<std::size_t>(division.channels);
   const auto parts = static_cast<std::size_t>(division.parts);
