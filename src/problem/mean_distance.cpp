@@ -50,7 +50,9 @@ double MeanDistance::task_bytes() const {
   const auto cells = static_cast<double>(cells_per_slice_);
   const double list = 4.0 * channels_ * cells;
   // Blocks of two slices in double; and a slice on its way to them: with its order in space, then by blocks.
-  if (division.parts > 1 && !division.exact) return 4 * list + 24 * std::min(cells, 0x1p22);
+  if (division.parts > 1 && !division.exact) {
+    return 4 * list + 24 * std::min(cells, static_cast<double>(largest_ordered_slice));
+  }
   // The blocks of a task, and what a vector that grows keeps in reserve.
   return 2.25 * std::max(list, 4 * std::min(division.num_samples(), 0x1p20));
 }

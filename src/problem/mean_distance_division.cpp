@@ -1,8 +1,6 @@
 #include "problem/mean_distance_division.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -11,61 +9,15 @@
 #include "noiseloom/core/random.h"
 #include "problem/compensated_sum.h"
 #include "problem/mean_distance_blocks.h"
+#include "problem/order_in_space.h"
 
 namespace noiseloom {
 namespace {
 
 constexpr std::int64_t samples_per_task = std::int64_t{1} << 20;
 constexpr std::int64_t tasks_wanted = 64;
-constexpr std::int64_t largest_ordered_slice = std::int64_t{1} << 22;
 
 std::int64_t ceil_div(std::int64_t a, std::int64_t b) { return (a + b - 1) / b; }
-
-// Ascending by the upper half; equals stay in the order that they had. Digits of 11 bits, the last first.
-void sort_by_upper_half(std::vector<std::uint64_t>& items) {
-  constexpr std::uint64_t digit = 0x7ff;
-  std::vector<std::uint64_t> from(items.size());
-  for (const int shift : {32, 43, 54}) {
-    std::array<std::size_t, digit + 2> begin{};
-    for (const std::uint64_t item : items) ++begin[(item >> shift & digit) + 1];
-    std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    from.swap(items);
-    for (const std::uint64_t item : from) items[begin[item >> shift & digit]++] = item;
-  }
-}
-
-// Ascends as x does; the same for both zeros.
-std::uint32_t ascending_bits(float x) {
-  const auto bits = std::bit_cast<std::uint32_t>(x + 0.0F);
-  return bits >> 31 != 0 ? ~bits : bits | 0x80000000U;
-}
-
-// The samples in an order in which neighbours are near each other in their space, and which depends on their values
-// alone, but where these are within a step of the ranks: the bits of ranks along each channel, interleaved [Morton66].
-std::vector<std::uint32_t> order_in_space(const std::vector<float>& list, std::size_t channels) {
-  const std::size_t size = list.size() / channels;
-  const std::size_t used = std::min(channels, std::size_t{8});
-  const std::size_t bits = 32 / used;
-  std::vector<std::uint64_t> items(size);
-  std::vector<std::uint32_t> keys(size);
-  for (std::size_t c = 0; c < used; ++c) {
-    for (std::size_t i = 0; i < size; ++i) items[i] = std::uint64_t{ascending_bits(list[i * channels + c])} << 32 | i;
-    sort_by_upper_half(items);
-    std::size_t rank = 0;  // the same for equal values
-    for (std::size_t at = 0; at < size; ++at) {
-      if (at > 0 && items[at] >> 32 != items[at - 1] >> 32) rank = at;
-      const std::uint64_t coordinate = (std::uint64_t{rank} << bits) / size;
-      std::uint32_t& key = keys[static_cast<std::uint32_t>(items[at])];
-      for (std::size_t bit = 0; bit < bits; ++bit)
-        key |= static_cast<std::uint32_t>(coordinate >> bit & 1) << (bit * used + c);
-    }
-  }
-  for (std::size_t i = 0; i < size; ++i) items[i] = std::uint64_t{keys[i]} << 32 | i;
-  sort_by_upper_half(items);
-  std::transform(items.begin(), items.end(), keys.begin(),
-                 [](std::uint64_t item) { return static_cast<std::uint32_t>(item); });
-  return keys;
-}
 
 // Deals each group of `parts` samples that are near each other to the blocks of the slice in random order, so that
 // every block is spread over the space as the slice is. In very large slices, whose order would take longer than the
@@ -76,7 +28,8 @@ std::vector<std::vector<float>> dealt(const Division& division, SliceIndex slice
   NOISELOOM_CHECK_EQ(std::ssize(list), division.cells_per_slice * division.channels);
   if (parts == 1) return {list};
   std::vector<std::uint32_t> near;
-  if (!division.exact && division.cells_per_slice <= largest_ordered_slice) near = order_in_space(list, count);
+  if (!division.exact && division.cells_per_slice <= largest_ordered_slice)
+    near = order_in_space(list, division.channels);
   std::vector<std::vector<float>> blocks(parts);
   for (std::size_t part = 0; part < parts; ++part) {
     blocks[part].reserve(static_cast<std::size_t>(division.size(static_cast<std::int64_t>(part))) * count);

@@ -8,6 +8,9 @@
 
 namespace noiseloom {
 
+// Slices of more pixels are divided without an order in space, which would take longer than the pairs.
+inline constexpr std::int64_t largest_ordered_slice = std::int64_t{1} << 22;
+
 struct PairBudget {
   std::int64_t max_sorted_numbers = std::int64_t{1} << 26;  // where mean_is_sorted(): exact up to here
   std::int64_t max_paired_samples = 46340;                  // elsewhere: exact up to here (2^30 pairs, each way)
