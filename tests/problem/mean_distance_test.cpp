@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "noiseloom/core/random.h"
 #include "noiseloom/problem/score.h"
 #include "problem/mean_distance_division.h"
 #include "support/oracle.h"
@@ -14,17 +15,6 @@ namespace noiseloom {
 namespace {
 
 using oracle::Texture;
-
-double by_all_pairs(const Texture& texture) {
-  const auto n = static_cast<std::size_t>(texture.extents.num_cells());
-  std::vector<std::vector<double>> samples;
-  for (std::size_t cell = 0; cell < n; ++cell) samples.push_back(texture.sample(cell));
-  long double sum = 0;
-  for (const auto& a : samples) {
-    for (const auto& b : samples) sum += oracle::distance(texture.distance, a, b);
-  }
-  return static_cast<double>(sum / (static_cast<long double>(n) * static_cast<long double>(n)));
-}
 
 double by_tasks(const Division& division, const SliceList& list) {
   double sum = 0;
@@ -44,28 +34,28 @@ TEST(MeanDistance, EqualsAllPairs) {
   for (const Extents& extents : {Extents({1, 1}), Extents({2, 1}), Extents({7, 5, 3}), Extents({31, 29, 2})}) {
     for (const DistanceKind kind : {DistanceKind::absolute, DistanceKind::circle}) {
       const Texture texture = oracle::random_texture(extents, kind, 1, 7);
-      const double expected = by_all_pairs(texture);
+      const double expected = oracle::mean_over_all_pairs(texture);
       EXPECT_NEAR(computed(texture, 1), expected, 1e-13 * expected);
     }
     for (const int channels : {2, 3, 8}) {
       const Texture texture = oracle::random_texture(extents, DistanceKind::euclidean, channels, 7);
-      const double expected = by_all_pairs(texture);
+      const double expected = oracle::mean_over_all_pairs(texture);
       EXPECT_NEAR(computed(texture, 2), expected, 1e-13 * expected);
     }
     for (const int channels : {2, 5}) {
       const Texture sums = oracle::random_texture(extents, DistanceKind::manhattan, channels, 7);
-      const double of_sums = by_all_pairs(sums);
+      const double of_sums = oracle::mean_over_all_pairs(sums);
       EXPECT_NEAR(computed(sums, 2), of_sums, 1e-13 * of_sums);
       const Texture largest = oracle::random_texture(extents, DistanceKind::chebyshev, channels, 7);
-      const double of_largest = by_all_pairs(largest);
+      const double of_largest = oracle::mean_over_all_pairs(largest);
       EXPECT_NEAR(computed(largest, 2), of_largest, 1e-13 * of_largest);
     }
     const Texture directions = oracle::random_texture(extents, DistanceKind::cosine, 3, 7);
     // Vectors of float are not quite of length 1: half the square of a chord is 1 - cos to 1e-7 of a length.
-    EXPECT_NEAR(computed(directions, 2), by_all_pairs(directions), 2e-7);
+    EXPECT_NEAR(computed(directions, 2), oracle::mean_over_all_pairs(directions), 2e-7);
     const Texture texture = oracle::random_texture(extents, DistanceKind::angle, 3, 7);
     // The angle between a sample and itself is the root of a rounding error: up to 1e-4 off where there is little else.
-    const double expected = by_all_pairs(texture);
+    const double expected = oracle::mean_over_all_pairs(texture);
     EXPECT_NEAR(computed(texture, 2), expected, 1e-12 * expected + 1e-7 / static_cast<double>(extents.num_cells()));
   }
 }
@@ -73,7 +63,7 @@ TEST(MeanDistance, EqualsAllPairs) {
 TEST(MeanDistance, OfCircleTakesTheShorterWayAcrossTheEnds) {
   Texture texture = oracle::random_texture(Extents({3, 2, 2}), DistanceKind::circle, 1, 1);
   texture.values = {0, 1, 0.5F, 0.25F, 0.75F, 0.5F, 0, 0.999F, 0.001F, 1, 0.125F, 0.5F};
-  EXPECT_NEAR(computed(texture, 1), by_all_pairs(texture), 1e-15);
+  EXPECT_NEAR(computed(texture, 1), oracle::mean_over_all_pairs(texture), 1e-15);
 }
 
 TEST(MeanDistance, OfTwoValuesIsHalfTheirDistance) {
@@ -87,7 +77,7 @@ TEST(MeanDistance, OfTwoValuesIsHalfTheirDistance) {
 TEST(MeanDistance, KeepsPrecisionFarFromZero) {
   Texture texture = oracle::random_texture(Extents({7, 5, 3}), DistanceKind::absolute, 1, 1);
   for (float& value : texture.values) value = 1e6F + value;
-  EXPECT_NEAR(computed(texture, 1) / by_all_pairs(texture), 1, 1e-13);
+  EXPECT_NEAR(computed(texture, 1) / oracle::mean_over_all_pairs(texture), 1, 1e-13);
 }
 
 TEST(MeanDistance, IsSharedOutAmongTasksThatCoverEveryPair) {
@@ -143,16 +133,12 @@ Errors block_errors(std::int64_t n, std::int32_t num_slices, bool stratified, in
     const auto list = [&](SliceIndex slice) {
       return line_list(static_cast<std::uint64_t>(seed), slice, n, stratified);
     };
-    std::vector<double> sorted;
+    std::vector<double> points;
     for (const SliceIndex slice : first_indices<SliceIndex>(num_slices)) {
       const std::vector<float> samples = list(slice);
-      for (std::size_t i = 0; i < samples.size(); i += 2) sorted.push_back(samples[i]);
+      for (std::size_t i = 0; i < samples.size(); i += 2) points.push_back(samples[i]);
     }
-    std::sort(sorted.begin(), sorted.end());
-    const auto count = static_cast<double>(sorted.size());
-    double exact = 0;
-    for (std::size_t i = 0; i < sorted.size(); ++i) exact += 2 * (2 * static_cast<double>(i) + 1 - count) * sorted[i];
-    exact /= count * count;
+    const double exact = oracle::mean_distance_on_a_line(std::move(points));
     const double error = by_tasks(division, list) / exact - 1;
     errors.mean += error / textures;
     errors.rms += error * error / textures;
