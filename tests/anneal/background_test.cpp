@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "anneal/feature_fixture.h"
 #include "noiseloom/core/math.h"
 #include "noiseloom/core/random.h"
@@ -15,6 +18,7 @@ namespace {
 using namespace testing_support;
 using test::kernel_by_features;
 using test::samples_of;
+using test::share_wrong;
 using test::Space;
 using test::Texture;
 
@@ -33,9 +37,8 @@ std::vector<BackgroundCase> cases() {
 }
 
 // dE of the other slices alone.
-template <class Kernel>
 double others_change(const Footprint& footprint, const Texture& texture, SliceIndex slice, CellPair pair,
-                     const Kernel& kernel) {
+                     const test::PairKernel& kernel) {
   return test::change_by(footprint.slices().subspan(1), footprint.extents(), texture, slice, pair, kernel);
 }
 
@@ -52,10 +55,8 @@ TEST(Background, IsTheLowRankKernelSummedOverTheOtherSlices) {
       const auto exact = make_swap_delta(footprint, kernel, Precision::float64);
       with->bind(SliceIndex(1), texture.field(SliceIndex(1)), texture.field_of());
       exact->bind(SliceIndex(1), texture.field(SliceIndex(1)), texture.field_of());
-      const auto by_features = [&](const float* a, const float* b) {
-        return kernel_by_features(map, map.features(a), map.features(b));
-      };
-      const auto full = [&](const float* a, const float* b) { return test::oracle_kernel(kernel, a, b); };
+      const test::PairKernel by_features = kernel_by_features(map);
+      const test::PairKernel full = test::full_kernel(kernel);
       const Cell last = one.extents.cells_per_slice() - 1;
       for (const CellPair pair : {test::pair(0, last), test::pair(last / 2, 3), test::pair(last / 3, last - 1)}) {
         const double own = exact->delta(pair) - others_change(footprint, texture, SliceIndex(1), pair, full);
@@ -74,10 +75,8 @@ double relative_error(const Space& space, ValueKernelKind kind, int most_feature
   const ValueKernel kernel = test::kernel_of(space, kind, one.extents.num_axes());
   const Texture texture(footprint, kernel, 5);
   const FeatureMap map(kernel, most_features, samples_of(texture, 2));
-  const auto by_features = [&](const float* a, const float* b) {
-    return kernel_by_features(map, map.features(a), map.features(b));
-  };
-  const auto full = [&](const float* a, const float* b) { return test::oracle_kernel(kernel, a, b); };
+  const test::PairKernel by_features = kernel_by_features(map);
+  const test::PairKernel full = test::full_kernel(kernel);
   double error = 0;
   double size = 0;
   for (std::uint32_t k = 0; k < 30; ++k) {
@@ -116,49 +115,6 @@ TEST(FeatureMap, SaysWhatItMisses) {
     EXPECT_NEAR(FeatureMap(kernel, count, list).missed(), tail, 1e-3) << count;
   }
   EXPECT_EQ(FeatureMap(kernel, 8, std::vector<float>(100, 0.5F)).missed(), 0);  // nothing to miss
-}
-
-// The share of K', the kernel less its terms of one sample, that f^T A f gets wrong over all pairs of the list: 0 to 1
-// of a fit that is of use, and anything above it of one that is not.
-double share_wrong(const ValueKernel& kernel, const FeatureMap& map, const std::vector<float>& list) {
-  const auto channels = static_cast<std::size_t>(kernel.channels);
-  const std::size_t n = list.size() / channels;
-  const auto count = static_cast<std::size_t>(map.num_features());
-  std::vector<std::vector<double>> features;
-  std::vector<double> mean(count);
-  for (std::size_t k = 0; k < n; ++k) {
-    features.push_back(map.features(&list[k * channels]));
-    for (std::size_t i = 0; i < count; ++i) mean[i] += features.back()[i] / static_cast<double>(n);
-  }
-  for (auto& row : features) {
-    for (std::size_t i = 0; i < count; ++i) row[i] -= mean[i];
-  }
-  std::vector<double> values(n * n);
-  std::vector<double> rows(n);
-  double all = 0;
-  for (std::size_t a = 0; a < n; ++a) {
-    for (std::size_t b = 0; b < n; ++b) {
-      values[a * n + b] = kernel(&list[a * channels], &list[b * channels]);
-      rows[a] += values[a * n + b] / static_cast<double>(n);
-    }
-    all += rows[a] / static_cast<double>(n);
-  }
-  double wrong = 0;
-  double total = 0;
-  for (std::size_t a = 0; a < n; ++a) {
-    std::vector<double> mixed(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      for (std::size_t j = 0; j < count; ++j) mixed[j] += features[a][i] * map.mixing()[i * count + j];
-    }
-    for (std::size_t b = 0; b < n; ++b) {
-      const double centred = values[a * n + b] - rows[a] - rows[b] + all;
-      double modelled = 0;
-      for (std::size_t j = 0; j < count; ++j) modelled += mixed[j] * features[b][j];
-      wrong += (modelled - centred) * (modelled - centred);
-      total += centred * centred;
-    }
-  }
-  return wrong / total;
 }
 
 TEST(FeatureMap, HoldsForSamplesThatItWasNotFittedTo) {

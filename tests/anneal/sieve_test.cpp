@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -49,9 +50,7 @@ std::vector<SieveCase> sieve_cases() {
 // What a Sieve promises, with the kernel by features. Small taps see the slice as it was `bound`.
 double expected_estimate(const Footprint& footprint, const Texture& texture, const Texture& bound,
                          const ValueKernel& kernel, const FeatureMap& map, SliceIndex slice, CellPair pair) {
-  const auto by_features = [&](const float* a, const float* b) {
-    return test::kernel_by_features(map, map.features(a), map.features(b));
-  };
+  const test::PairKernel by_features = test::kernel_by_features(map);
   std::vector<SliceTaps> told(footprint.slices().begin(), footprint.slices().end());
   std::vector<SliceTaps> untold{told.front()};
   const double least = Sieve::least_weight_told(told.front().taps);

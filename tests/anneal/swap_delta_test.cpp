@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "anneal/texture_fixture.h"
 
 namespace noiseloom {
