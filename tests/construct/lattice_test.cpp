@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
-#include <numeric>
 #include <tuple>
+#include <utility>
 
+#include "construct/lattice_oracle.h"
 #include "support/construct_problems.h"
 #include "support/sanitizers.h"
 
@@ -18,45 +18,6 @@ using namespace testing_support;
 
 Lattice lattice_of(const Extents& extents, const FilterSpec& filter) {
   return *find_lattice(Footprint(extents, filter));
-}
-
-std::vector<std::uint32_t> places_of(const Lattice& lattice, const Extents& extents, SliceIndex slice) {
-  std::vector<std::uint32_t> places = lattice_places(lattice, extents, 1);
-  const std::size_t ahead = places_ahead(lattice, extents, slice);
-  for (std::uint32_t& place : places) place = static_cast<std::uint32_t>((place + ahead) % places.size());
-  return places;
-}
-
-// R of the places of all slices as uniform samples, pair by pair.
-double relative_error(const Extents& extents, const FilterSpec& filter, const Lattice& lattice) {
-  const Footprint overlap(extents, filter);
-  const std::int64_t width = extents.width();
-  const std::int64_t height = extents.height();
-  std::vector<std::vector<std::uint32_t>> places;
-  for (const SliceIndex slice : first_indices<SliceIndex>(extents.num_slices())) {
-    places.push_back(places_of(lattice, extents, slice));
-  }
-  const auto cells = static_cast<double>(extents.cells_per_slice());
-  const double mean = 1.0 / 3;  // of the distance of two uniform samples
-  double sum = mean * overlap.weight_zero();
-  for (const SliceTaps& taps : overlap.slices()) {
-    for (const PlaneTap& tap : taps.taps) {
-      double distance = 0;
-      for (const SliceIndex slice : first_indices<SliceIndex>(extents.num_slices())) {
-        const auto& here = places[static_cast<std::size_t>(slice)];
-        const auto& there = places[static_cast<std::size_t>(extents.slice_at(slice, taps.offset))];
-        for (std::int64_t y = 0; y < height; ++y) {
-          for (std::int64_t x = 0; x < width; ++x) {
-            const std::int64_t other = (y + tap.dy + height) % height * width + (x + tap.dx + width) % width;
-            distance += std::abs(static_cast<double>(here[static_cast<std::size_t>(y * width + x)]) -
-                                 static_cast<double>(there[static_cast<std::size_t>(other)]));
-          }
-        }
-      }
-      sum += tap.weight * (mean - distance / cells / cells / extents.num_slices());
-    }
-  }
-  return sum / (mean * overlap.weight_zero());
 }
 
 // Under a box of n pixels no texture has R below 1 / n.
@@ -73,7 +34,7 @@ TEST(Lattice, IsAllButAsGoodAsCanBeUnderSmallBoxes) {
     const double bound = 1.0 / (size * size);
     EXPECT_GE(lattice.relative_error, 0.999 * bound);
     EXPECT_LT(lattice.relative_error, most * bound) << slice.to_string() << ", box " << size;
-    EXPECT_NEAR(relative_error(slice, filter, lattice), lattice.relative_error, 0.02 * lattice.relative_error);
+    EXPECT_NEAR(oracle::relative_error(slice, filter, lattice), lattice.relative_error, 0.02 * lattice.relative_error);
   }
 }
 
@@ -104,7 +65,8 @@ TEST(Lattice, HasTheErrorThatItSays) {
   for (std::size_t k = 0; k < cases.size(); k += testing_support::stride) {
     const auto& [extents, filter] = cases[k];
     const Lattice lattice = lattice_of(extents, filter);
-    EXPECT_NEAR(relative_error(extents, filter, lattice), lattice.relative_error, 0.06 * lattice.relative_error + 0.001)
+    EXPECT_NEAR(oracle::relative_error(extents, filter, lattice), lattice.relative_error,
+                0.06 * lattice.relative_error + 0.001)
         << extents.to_string();
   }
 }
@@ -114,7 +76,7 @@ TEST(Lattice, IsAheadByPartsOfPhases) {
   const Extents extents({16, 16, 64});
   const FilterSpec filter = product({group({0, 1}, box(3)), group({2}, box(32))});
   const Lattice lattice = lattice_of(extents, filter);
-  const double error = relative_error(extents, filter, lattice);
+  const double error = oracle::relative_error(extents, filter, lattice);
   EXPECT_LT(error, 0.02);
   EXPECT_NEAR(lattice.relative_error, error, 0.4 * error);  // of few pixels
 }
@@ -129,7 +91,7 @@ TEST(Lattice, IsNearlyTheBestOfAll) {
     for (std::int64_t b = 0; b < 12; ++b) {
       for (std::int64_t c = 0; c < 6; ++c) {
         for (const auto& [a2, b2] : {std::pair(1, 0), std::pair(0, 1), std::pair(5, 1)}) {
-          least = std::min(least, relative_error(extents, filter, Lattice{{a, b, c}, {a2, b2}, 0}));
+          least = std::min(least, oracle::relative_error(extents, filter, Lattice{{a, b, c}, {a2, b2}, 0}));
         }
       }
     }
@@ -149,35 +111,15 @@ TEST(Lattice, HasPixelsInTheOrderOfTheirPhases) {
   for (const auto& of_case : cases) {
     const Extents& extents = of_case.first;
     const Lattice& lattice = of_case.second;
-    const std::int64_t width = extents.width();
-    const std::int64_t height = extents.height();
-    const auto cells = static_cast<std::size_t>(width * height);
-    const auto phase = [&](const std::vector<std::int64_t>& cycles, std::int64_t x, std::int64_t y) {
-      return (cycles[0] * height * x + cycles[1] * width * y) % (width * height);
-    };
-    const auto key = [&](std::int64_t x, std::int64_t y) {
-      return std::pair(phase(lattice.cycles, x, y), phase(lattice.between, x, y));
-    };
-    const auto sorted = [&](std::int64_t shift_x, std::int64_t shift_y) {
-      std::vector<std::size_t> order(cells);
-      std::iota(order.begin(), order.end(), 0U);
-      std::ranges::stable_sort(order, {}, [&](std::size_t cell) {
-        const auto c = static_cast<std::int64_t>(cell);
-        return key(c % width + shift_x, c / width + shift_y);
-      });
-      std::vector<std::uint32_t> places(cells);
-      for (std::uint32_t i = 0; i < cells; ++i) places[order[i]] = i;
-      return places;
-    };
     for (const SliceIndex slice : first_indices<SliceIndex>(extents.num_slices())) {
-      std::vector<std::uint32_t> places = places_of(lattice, extents, slice);
+      std::vector<std::uint32_t> places = oracle::places_of_slice(lattice, extents, slice);
       std::ranges::sort(places);
       for (std::uint32_t i = 0; i < places.size(); ++i) ASSERT_EQ(places[i], i) << extents.to_string();
     }
     const std::vector<std::uint32_t> places = lattice_places(lattice, extents, 7);
     bool found = false;
-    for (std::int64_t shift = 0; shift < width * height && !found; ++shift) {
-      found = places == sorted(shift % width, shift / width);
+    for (std::int64_t shift = 0; shift < extents.cells_per_slice() && !found; ++shift) {
+      found = places == oracle::places_by_phase(lattice, extents, shift % extents.width(), shift / extents.width());
     }
     EXPECT_TRUE(found) << extents.to_string();
   }

@@ -6,6 +6,7 @@
 #include <array>
 #include <optional>
 
+#include "construct/full_scans.h"
 #include "construct/stamp_kernel.h"
 #include "noiseloom/core/random.h"
 #include "support/construct_problems.h"
@@ -56,17 +57,7 @@ class ChangingPlane {
 
   // By a full scan.
   std::optional<std::uint32_t> expected_pick(VacView view) const {
-    const bool clusters = view == VacView::clusters;
-    std::optional<std::uint32_t> best;
-    const auto key = [&](std::uint32_t cell) {
-      const std::uint64_t energy = field_.word(cell) & ~vac_flag;
-      return (energy << 32) | hash_(first_position + cell);
-    };
-    for (std::uint32_t cell = 0; cell < cells_; ++cell) {
-      if (field_.is_on(cell) != clusters) continue;
-      if (!best || (clusters ? key(cell) > key(*best) : key(cell) < key(*best))) best = cell;
-    }
-    return best;
+    return oracle::pick_of(field_, cells_, hash_, first_position, view);
   }
 
  private:

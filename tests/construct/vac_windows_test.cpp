@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "construct/full_scans.h"
 #include "support/vac_specs.h"
 
 namespace noiseloom {
@@ -24,28 +25,6 @@ VacField first_field(const VacSpec& spec, const VacKernel& kernel, VacView view)
   VacField field(spec, kernel, 0, 1);
   if (view == VacView::clusters) field.turn(true, all_positions(spec));
   return field;
-}
-
-std::vector<std::uint64_t> one_by_one(const VacSpec& spec, const VacKernel& kernel, VacView view) {
-  VacField field = first_field(spec, kernel, view);
-  const VacTieHash hash(spec.seed);
-  const auto flip = static_cast<std::uint32_t>(view);
-  std::vector<std::uint64_t> order;
-  for (std::int64_t n = spec.extents.num_cells(); n > 0; --n) {
-    std::uint64_t best = 0;
-    std::uint64_t best_key = ~std::uint64_t{0};
-    for (std::uint64_t p = 0; p < static_cast<std::uint64_t>(spec.extents.num_cells()); ++p) {
-      const std::uint32_t energy = field.words()[p] ^ flip;
-      const std::uint64_t key = VacCandidate{p, energy, hash(p) ^ flip}.key();
-      if (energy < vac_flag && key < best_key) {
-        best = p;
-        best_key = key;
-      }
-    }
-    order.push_back(best);
-    field.turn(view == VacView::voids, {best});
-  }
-  return order;
 }
 
 struct Batches {
@@ -81,7 +60,7 @@ void expect_the_order_of_one_by_one(const VacSpec& spec, std::int64_t rows) {
   const VacKernel kernel(spec);
   const std::int64_t cells = spec.extents.num_cells();
   for (const VacView view : {VacView::voids, VacView::clusters}) {
-    const std::vector<std::uint64_t> expected = one_by_one(spec, kernel, view);
+    const std::vector<std::uint64_t> expected = oracle::picks_one_by_one(spec, first_field(spec, kernel, view), view);
     for (const int bands : {1, 3}) {
       for (const std::int64_t picks : {std::int64_t{1}, cells / 50, cells}) {
         const Batches batches = by_windows(spec, kernel, view, {bands, rows, picks});
