@@ -1,10 +1,14 @@
 """Runs the programs under test, alone and under mpirun."""
 
+import array
 import json
 import os
 import pathlib
+import signal
+import socket
 import subprocess
 import tempfile
+import threading
 import unittest
 
 BIN = pathlib.Path(os.environ["NOISELOOM_BIN"])
@@ -12,11 +16,70 @@ SOURCE = pathlib.Path(os.environ["NOISELOOM_SOURCE_DIR"])
 MPIEXEC = os.environ["NOISELOOM_MPIEXEC"]
 KILLER = os.environ["NOISELOOM_KILLER"]
 REWRITER = os.environ["NOISELOOM_REWRITER"]
+FORKER = os.environ["NOISELOOM_FORKER"]
 # Whether to try what is left out elsewhere, as it takes long and seldom teaches anything (tools/test --all).
 THOROUGH = os.environ.get("NOISELOOM_THOROUGH", "") != ""
 
+# What noiseloom leaves to noiseloom-study.
+STUDY_COMMANDS = {"export", "score", "verify", "compare", "analyze", "accuracy", "render", "fastnoise", "stbn-scalar", "stbn-vector"}
+
 # Without FMA and AVX2 the C library takes other code paths; the results must be the same bytes.
 PLAIN_CPU = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX2_Usable,-FMA_Usable,-FMA4_Usable"}
+
+
+class LoadedProgram:
+    """A program that is loaded once and forked for each command line, see tests/support/fork_before_main.cpp."""
+
+    def __init__(self, path):
+        self.path = path
+        self.socket, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with other:
+            environment = {"LD_PRELOAD": f"{FORKER}:{KILLER}", "FORK_SOCKET": str(other.fileno()),
+                           "FORK_MODULE": str(BIN / "noiseloom-images.so")}
+            self.process = subprocess.Popen([path], env={**os.environ, **environment}, pass_fds=[other.fileno()])
+
+    @staticmethod
+    def can_have(environment):
+        """Whether a program that is loaded can have these variables: the loader has read its own by then."""
+        return all(not name.startswith(("LD_", "GLIBC_")) or (name, value) == ("LD_PRELOAD", KILLER)
+                   for name, value in environment.items())
+
+    def receive(self, timeout):
+        self.socket.settimeout(timeout)
+        (number,) = array.array("i", self.socket.recv(array.array("i").itemsize))
+        return number
+
+    def run(self, command, folder, timeout, environment):
+        """As subprocess.run() with capture_output=True and text=True; the environment is that of this process and these variables."""
+        variables = [f"{name}={value}" for name, value in environment.items() if name != "LD_PRELOAD"]
+        message = b"".join(os.fsencode(word) + b"\0" for word in [*variables, "", str(folder), *command])
+        with os.fdopen(os.memfd_create("out"), "r+") as out, os.fdopen(os.memfd_create("error"), "r+") as error:
+            socket.send_fds(self.socket, [message], [out.fileno(), error.fileno()])
+            child = self.receive(timeout)
+            try:
+                status = self.receive(timeout)
+            except TimeoutError:
+                os.kill(child, signal.SIGKILL)
+                self.receive(timeout)
+                raise subprocess.TimeoutExpired(command, timeout) from None
+            out.seek(0)
+            error.seek(0)
+            return subprocess.CompletedProcess(command, os.waitstatus_to_exitcode(status), out.read(), error.read())
+
+    def end(self):
+        self.socket.close()
+        self.process.wait()
+
+
+loaded_programs = {}  # of each program one for each thread that runs it
+
+
+def loaded(path):
+    key = (path, threading.get_ident())
+    if key not in loaded_programs:
+        loaded_programs[key] = LoadedProgram(path)
+        unittest.addModuleCleanup(lambda: loaded_programs.pop(key).end())
+    return loaded_programs[key]
 
 
 class ProgramTest(unittest.TestCase):
@@ -39,8 +102,14 @@ class ProgramTest(unittest.TestCase):
 
     def run_program(self, *arguments, ranks=None, environment=None, expect=0, timeout=300):
         """Runs noiseloom and returns the finished process; expect=None takes any exit status."""
-        done = subprocess.run(self.command(*arguments, ranks=ranks), env={**os.environ, **(environment or {})},
-                              capture_output=True, text=True, timeout=timeout, cwd=self.folder)
+        command = self.command(*arguments, ranks=ranks)
+        environment = environment or {}
+        if ranks is None and arguments and LoadedProgram.can_have(environment):
+            program = "noiseloom-study" if arguments[0] in STUDY_COMMANDS else "noiseloom"
+            done = loaded(BIN / program).run(command, self.folder, timeout, environment)
+        else:
+            done = subprocess.run(command, env={**os.environ, **environment}, capture_output=True, text=True,
+                                  timeout=timeout, cwd=self.folder)
         if expect is not None:
             self.assertEqual(done.returncode, expect, f"{arguments}\n{done.stdout}\n{done.stderr}")
         return done
