@@ -34,14 +34,13 @@ class LoadedProgram:
         self.path = path
         self.socket, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with other:
-            environment = {"LD_PRELOAD": f"{FORKER}:{KILLER}", "FORK_SOCKET": str(other.fileno()),
-                           "FORK_MODULE": str(BIN / "noiseloom-images.so")}
+            environment = {"LD_PRELOAD": f"{FORKER}:{KILLER}", "LD_BIND_NOW": "1", "FORK_SOCKET": str(other.fileno())}
             self.process = subprocess.Popen([path], env={**os.environ, **environment}, pass_fds=[other.fileno()])
 
     @staticmethod
     def can_have(environment):
-        """Whether a program that is loaded can have these variables: the loader has read its own by then."""
-        return all(not name.startswith(("LD_", "GLIBC_")) or (name, value) == ("LD_PRELOAD", KILLER)
+        """Whether a program that is loaded can have these variables: the loader has read its own, and nothing is unloaded."""
+        return all(not name.startswith(("LD_", "GLIBC_", "COUNT_")) or (name, value) == ("LD_PRELOAD", KILLER)
                    for name, value in environment.items())
 
     def receive(self, timeout):

@@ -1,15 +1,16 @@
 // Preloaded into a program under test: it is loaded once, libraries and all, and stops before its main; each command
 // line that it is then sent runs in a fork of it. To load the libraries that read images takes ten times as long as
 // most of what tests do with them, and they start the programs thousands of times. What runs is the program itself,
-// from the first line of main to its exit; only the loader's work is not done anew.
+// from the first line of main to what it does at its exit; only what the libraries do when they are loaded and unloaded
+// is not done anew. What a process opens as it runs (dlopen) is opened here too, before those that follow are forked.
 //
 // FORK_SOCKET = n: a socket (SOCK_SEQPACKET) on which commands come, one a message: variables of the environment
 // (NAME=VALUE), an empty word, the working directory and the words of the command line, each with a 0 behind it, and
 // two file descriptors for standard output and error. The answers are the process's number and, when it has ended, what
-// waitpid says of it. FORK_MODULE = path: a module that the program opens when it needs it; once one process has done
-// so, it is opened before those that follow are forked.
+// waitpid says of it.
 
 #include <dlfcn.h>
+#include <link.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -19,8 +20,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace {
@@ -29,24 +30,47 @@ using Main = int (*)(int, char**, char**);
 using StartMain = int (*)(Main, int, char**, void (*)(), void (*)(), void (*)(), void*);
 
 Main program_main;
-bool* module_is_needed;  // shared with the processes forked
-std::string module_path;
 
 [[noreturn]] void fail(const char* what) {
   std::perror(what);
   _exit(127);
 }
 
-bool is_open(const std::string& module) { return dlopen(module.c_str(), RTLD_NOW | RTLD_NOLOAD) != nullptr; }
+// The files of libraries, each with a 0 behind it and another at the end: from a process that was forked to the one
+// that forks.
+struct Opened {
+  static constexpr std::size_t capacity = std::size_t{1} << 17;
+  char paths[capacity];
+};
+Opened* opened;
+std::set<std::string> loaded;
 
-void tell_of_module() {
-  if (is_open(module_path)) *module_is_needed = true;
+std::set<std::string> libraries() {
+  std::set<std::string> paths;
+  const auto add = [](dl_phdr_info* library, std::size_t, void* to) {
+    if (library->dlpi_name != nullptr && library->dlpi_name[0] == '/')
+      static_cast<std::set<std::string>*>(to)->insert(library->dlpi_name);
+    return 0;
+  };
+  dl_iterate_phdr(add, &paths);
+  return paths;
 }
 
-// Some of the image libraries start threads as they are loaded and wait for them at the end; a fork does not have them.
+// At the end of a process that was forked. Some libraries start threads as they are loaded and wait for them when they
+// are unloaded; a fork has none of these threads.
 void end_without_libraries(int status, void*) {
+  std::string paths;
+  for (const std::string& path : libraries())
+    if (!loaded.contains(path)) paths += path + '\0';
+  if (paths.size() < Opened::capacity) std::memcpy(opened->paths, paths.c_str(), paths.size() + 1);
   std::fflush(nullptr);
   _exit(status);
+}
+
+void open_what_was_opened() {
+  for (const char* path = opened->paths; *path != 0; path += std::strlen(path) + 1) dlopen(path, RTLD_LAZY);
+  if (opened->paths[0] != 0) loaded = libraries();
+  opened->paths[0] = 0;
 }
 
 struct Command {
@@ -87,11 +111,7 @@ int run(Command& command) {
   if (chdir(words.front()) != 0) fail(words.front());
   const int count = static_cast<int>(words.size()) - 1;
   words.push_back(nullptr);
-  if (is_open(module_path)) {
-    on_exit(end_without_libraries, nullptr);
-  } else {
-    std::atexit(tell_of_module);
-  }
+  on_exit(end_without_libraries, nullptr);
   return program_main(count, words.data() + 1, environ);
 }
 
@@ -101,12 +121,11 @@ void answer(int socket, int value) {
 
 int serve(int, char**, char**) {
   const int socket = std::atoi(std::getenv("FORK_SOCKET"));
-  const char* module = std::getenv("FORK_MODULE");
-  module_path = module != nullptr ? module : "";
-  for (const char* name : {"FORK_SOCKET", "FORK_MODULE", "LD_PRELOAD"}) unsetenv(name);
-  void* shared = mmap(nullptr, sizeof(bool), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  for (const char* name : {"FORK_SOCKET", "LD_PRELOAD", "LD_BIND_NOW"}) unsetenv(name);
+  void* shared = mmap(nullptr, sizeof(Opened), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (shared == MAP_FAILED) fail("mmap");
-  module_is_needed = static_cast<bool*>(shared);
+  opened = static_cast<Opened*>(shared);
+  loaded = libraries();
   for (Command command; receive(socket, command);) {
     const pid_t child = fork();
     if (child < 0) fail("fork");
@@ -120,12 +139,19 @@ int serve(int, char**, char**) {
     int status = 0;
     if (waitpid(child, &status, 0) < 0) fail("waitpid");
     answer(socket, status);
-    if (std::exchange(*module_is_needed, false) && dlopen(module_path.c_str(), RTLD_NOW) == nullptr) fail("dlopen");
+    open_what_was_opened();
   }
   _exit(0);
 }
 
 }  // namespace
+
+// Nothing is closed in a fork, so that what it opened is known at its end.
+extern "C" int dlclose(void* library) noexcept {
+  if (opened != nullptr) return 0;
+  const auto close_it = reinterpret_cast<int (*)(void*)>(dlsym(RTLD_NEXT, "dlclose"));
+  return close_it(library);
+}
 
 // The C library's start of a program, which would call main.
 extern "C" int __libc_start_main(Main main, int argc, char** argv, void (*init)(), void (*fini)(),
