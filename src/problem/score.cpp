@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include "problem/compensated_sum.h"
-#include "problem/overlap.h"
-#include "problem/score_distance.h"
+#include "noiseloom/core/compensated_sum.h"
+#include "problem/distances/score_distance.h"
+#include "problem/filters/overlap.h"
 #include "problem/score_row_simd.h"
 
 namespace noiseloom {

@@ -15,8 +15,8 @@
 #include "construct/fields/vac_kernel.h"
 #include "construct/full_scans.h"
 #include "construct/order/vac_exchange.h"
-#include "construct/order/vac_fields.h"
 #include "construct/order/vac_order.h"
+#include "construct/order/vac_slices.h"
 #include "construct/order/vac_start.h"
 #include "support/vac_specs.h"
 #include "support/void_and_cluster_oracle.h"
@@ -144,12 +144,12 @@ TEST(VacField, AScanThatFollowsFindsWhatOneOfItsOwnFinds) {
 }
 
 // A thread that fails must not leave the others waiting for it.
-TEST(VacFields, AFailureOfAHelperReachesTheCaller) {
+TEST(VacSlices, AFailureOfAHelperReachesTheCaller) {
   const VacSpec spec = vac_spec({16, 16, 16}, {{0, 1}, {2}}, 1.3);
   const VacKernel kernel(spec);
   ThreadPool pool(2);
-  VacFields fields(spec, kernel, 0, 16, pool);
-  ASSERT_GT(fields.num_parts(), 2U);
+  VacSlices slices(spec, kernel, 0, 16, pool);
+  ASSERT_GT(slices.num_parts(), 2U);
   const auto caller = std::this_thread::get_id();
   std::atomic<bool> failed{false};
   VacPortion picks;
@@ -165,7 +165,7 @@ TEST(VacFields, AFailureOfAHelperReachesTheCaller) {
     failed = true;
     throw std::bad_alloc();
   };
-  EXPECT_THROW(fields.turn_batch(true, picks, turned, true, nullptr), std::bad_alloc);
+  EXPECT_THROW(slices.turn_batch(true, picks, turned, true, nullptr), std::bad_alloc);
   EXPECT_TRUE(failed);
 }
 

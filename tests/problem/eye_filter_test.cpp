@@ -1,4 +1,4 @@
-#include "problem/eye_filter.h"
+#include "problem/filters/eye_filter.h"
 
 #include <gtest/gtest.h>
 

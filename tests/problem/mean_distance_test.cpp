@@ -8,7 +8,7 @@
 
 #include "noiseloom/core/random.h"
 #include "noiseloom/problem/score.h"
-#include "problem/mean_distance_division.h"
+#include "problem/distances/mean_distance_division.h"
 #include "support/oracle.h"
 
 namespace noiseloom {

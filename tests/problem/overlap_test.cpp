@@ -1,4 +1,4 @@
-#include "problem/overlap.h"
+#include "problem/filters/overlap.h"
 
 #include <gtest/gtest.h>
 

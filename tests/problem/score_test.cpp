@@ -12,7 +12,7 @@
 #include <tuple>
 #include <utility>
 
-#include "problem/score_distance.h"
+#include "problem/distances/score_distance.h"
 #include "problem/score_row_simd.h"
 #include "support/filter_specs.h"
 #include "support/oracle.h"

@@ -9,10 +9,10 @@ namespace {
 constexpr std::uint64_t none = ~std::uint64_t{0};
 
 // Bounds of leaves of own slices that have a pixel left: every `stride`-th leaf, or all where that meets none.
-void sample_bounds(VacFields& fields, std::size_t stride, std::vector<std::uint32_t>& sample) {
+void sample_bounds(VacSlices& slices, std::size_t stride, std::vector<std::uint32_t>& sample) {
   for (; sample.empty(); stride = 1) {
-    for (std::size_t part = 0; part < fields.num_parts(); ++part) {
-      const auto bounds = fields.part(part).bounds();
+    for (std::size_t part = 0; part < slices.num_parts(); ++part) {
+      const auto bounds = slices.part(part).bounds();
       for (std::size_t i = 0; i < bounds.size(); i += stride) {
         if (bounds[i] < vac_flag) sample.push_back(bounds[i]);
       }
@@ -23,11 +23,11 @@ void sample_bounds(VacFields& fields, std::size_t stride, std::vector<std::uint3
 
 }  // namespace
 
-VacSearch::VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash& hash)
-    : fields_(fields), exchange_(exchange), hash_(hash) {
+VacSearch::VacSearch(VacSlices& slices, VacExchange& exchange, const VacTieHash& hash)
+    : slices_(slices), exchange_(exchange), hash_(hash) {
   std::size_t most_leaves = 0;
-  for (std::size_t i = 0; i < fields_.num_parts(); ++i)
-    most_leaves = std::max(most_leaves, fields_.part(i).bounds().size());
+  for (std::size_t i = 0; i < slices_.num_parts(); ++i)
+    most_leaves = std::max(most_leaves, slices_.part(i).bounds().size());
   max_found_ = std::max<std::size_t>(4096, most_leaves);
   max_found_if_lowered_ = std::max<std::size_t>(256, most_leaves / 4);
 }
@@ -35,9 +35,9 @@ VacSearch::VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash&
 // What this rank finds right for its own slices; none when no leaf of them has a pixel left.
 std::uint64_t VacSearch::own_proposal(double fraction) {
   constexpr std::size_t num_samples = 256;
-  const std::size_t own_leaves = fields_.num_leaves();
+  const std::size_t own_leaves = slices_.num_leaves();
   std::vector<std::uint32_t> sample;
-  sample_bounds(fields_, std::max<std::size_t>(1, own_leaves / num_samples), sample);
+  sample_bounds(slices_, std::max<std::size_t>(1, own_leaves / num_samples), sample);
   std::uint64_t own = none;
   if (!sample.empty()) {
     const auto rank = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(sample.size() - 1));
@@ -63,7 +63,7 @@ std::uint64_t VacSearch::propose(double fraction) {
 }
 
 void VacSearch::refresh_bounds(VacView view) {
-  fields_.refresh_bounds(view);
+  slices_.refresh_bounds(view);
   next_limit_ = 0;
   scanned_ = false;
 }
@@ -71,9 +71,9 @@ void VacSearch::refresh_bounds(VacView view) {
 // After a scan that found too many: a limit that the parts of this rank would have kept to.
 std::uint64_t VacSearch::lower_limit() {
   std::uint64_t limit = none;
-  for (std::size_t i = 0; i < fields_.num_parts(); ++i) {
-    if (fields_.part(i).found_all()) continue;
-    std::vector<VacCandidate> found = fields_.part(i).found();
+  for (std::size_t i = 0; i < slices_.num_parts(); ++i) {
+    if (slices_.part(i).found_all()) continue;
+    std::vector<VacCandidate> found = slices_.part(i).found();
     const auto quarter = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 4);
     std::nth_element(found.begin(), quarter, found.end(),
                      [](const VacCandidate& a, const VacCandidate& b) { return a.key() < b.key(); });
@@ -96,19 +96,19 @@ std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCand
   std::vector<int> bytes_of_ranks;
   while (limit != 0) {
     if (!std::exchange(scanned_, false)) {
-      fields_.for_each(
+      slices_.for_each(
           [asked = VacScan{view, hash_, limit, max_found}](VacField& part, std::size_t) { part.scan(asked); });
     }
     std::uint64_t total = 0;
     bool fits = true;
-    for (std::size_t i = 0; i < fields_.num_parts(); ++i) {
-      total += fields_.part(i).found().size();
-      fits = fits && fields_.part(i).found_all();
+    for (std::size_t i = 0; i < slices_.num_parts(); ++i) {
+      total += slices_.part(i).found().size();
+      fits = fits && slices_.part(i).found_all();
     }
     if (!exchange_.alone()) {
       bytes.clear();
       const VacPacker packer(limit);
-      for (std::size_t i = 0; fits && i < fields_.num_parts(); ++i) packer.pack(fields_.part(i).found(), bytes);
+      for (std::size_t i = 0; fits && i < slices_.num_parts(); ++i) packer.pack(slices_.part(i).found(), bytes);
       // Collectives cost more than what they carry, so this one has the next limit too.
       const std::uint64_t own[] = {total, fits ? 0U : 1U, bytes.size(), own_proposal(fraction)};
       const auto all = exchange_.gather(own);
@@ -141,11 +141,11 @@ std::uint64_t VacSearch::find(VacView view, double fraction, std::vector<VacCand
   }
   if (exchange_.alone()) {
     std::vector<std::size_t> begins{0};
-    for (std::size_t i = 0; i < fields_.num_parts(); ++i) {
-      begins.push_back(begins.back() + fields_.part(i).found().size());
+    for (std::size_t i = 0; i < slices_.num_parts(); ++i) {
+      begins.push_back(begins.back() + slices_.part(i).found().size());
     }
     found.resize(begins.back());
-    fields_.for_each([&](const VacField& part, std::size_t i) {
+    slices_.for_each([&](const VacField& part, std::size_t i) {
       std::ranges::copy(part.found(), found.begin() + static_cast<std::ptrdiff_t>(begins[i]));
     });
     return limit;

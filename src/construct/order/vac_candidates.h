@@ -5,14 +5,14 @@
 #include <optional>
 
 #include "construct/order/vac_exchange.h"
-#include "construct/order/vac_fields.h"
+#include "construct/order/vac_slices.h"
 
 namespace noiseloom {
 
 class VacSearch {
  public:
   // Fields and exchange must outlive the search.
-  VacSearch(VacFields& fields, VacExchange& exchange, const VacTieHash& hash);
+  VacSearch(VacSlices& slices, VacExchange& exchange, const VacTieHash& hash);
 
   // Replaces `found` by all pixels of the texture with a key up to the limit that is returned, ascending in position;
   // at least one unless none is left. The limit is such that a share of about `fraction` of the leaves may reach it,
@@ -33,7 +33,7 @@ class VacSearch {
   std::uint64_t propose(double fraction);
   std::uint64_t lower_limit();
 
-  VacFields& fields_;
+  VacSlices& slices_;
   VacExchange& exchange_;
   VacTieHash hash_;
   std::size_t max_found_ = 0;  // of a part

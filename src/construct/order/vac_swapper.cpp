@@ -16,8 +16,8 @@ struct Later {
 
 }  // namespace
 
-VacSwapper::VacSwapper(VacFields& fields, VacExchange& exchange, const VacTieHash& hash)
-    : fields_(fields), exchange_(exchange), hash_(hash), own_search_(fields, alone_, hash) {}
+VacSwapper::VacSwapper(VacSlices& slices, VacExchange& exchange, const VacTieHash& hash)
+    : slices_(slices), exchange_(exchange), hash_(hash), own_search_(slices, alone_, hash) {}
 
 void VacSwapper::fill(Side& side) {
   constexpr double fraction = 0.25;
@@ -27,9 +27,9 @@ void VacSwapper::fill(Side& side) {
 }
 
 void VacSwapper::offer(Side& side, std::uint64_t position) {
-  if (!fields_.has(position)) return;
+  if (!slices_.has(position)) return;
   const auto flip = static_cast<std::uint32_t>(side.view);
-  const VacCandidate now{position, fields_.word(position) ^ flip, hash_(position) ^ flip};
+  const VacCandidate now{position, slices_.word(position) ^ flip, hash_(position) ^ flip};
   if (now.key() > side.limit) return;
   side.heap.push_back(now);
   std::push_heap(side.heap.begin(), side.heap.end(), Later{side.view});
@@ -41,7 +41,7 @@ VacOffer VacSwapper::best(Side& side) {
   for (bool filled = false;; filled = true) {
     while (!side.heap.empty()) {
       const VacCandidate top = side.heap.front();
-      const std::uint32_t value = fields_.word(top.position) ^ flip;
+      const std::uint32_t value = slices_.word(top.position) ^ flip;
       if (value == top.energy) return {top.key(), side.view == VacView::voids ? top.position : ~top.position};
       std::pop_heap(side.heap.begin(), side.heap.end(), Later{side.view});
       side.heap.pop_back();
@@ -60,15 +60,15 @@ std::uint64_t VacSwapper::agree(Side& side) {
 std::optional<VacSwapper::Swap> VacSwapper::next() {
   const std::uint64_t from = agree(clusters_);
   hits_.clear();
-  for (std::size_t i = 0; i < fields_.num_parts(); ++i) {
-    fields_.part(i).turn_off_watching(from, static_cast<std::uint32_t>(voids_.limit >> 32), hits_);
+  for (std::size_t i = 0; i < slices_.num_parts(); ++i) {
+    slices_.part(i).turn_off_watching(from, static_cast<std::uint32_t>(voids_.limit >> 32), hits_);
   }
   for (const std::uint64_t position : hits_) offer(voids_, position);
   offer(voids_, from);
   const std::uint64_t to = agree(voids_);
   hits_.clear();
-  for (std::size_t i = 0; i < fields_.num_parts(); ++i) {
-    fields_.part(i).turn_on_watching(to, ~static_cast<std::uint32_t>(clusters_.limit >> 32), hits_);
+  for (std::size_t i = 0; i < slices_.num_parts(); ++i) {
+    slices_.part(i).turn_on_watching(to, ~static_cast<std::uint32_t>(clusters_.limit >> 32), hits_);
   }
   for (const std::uint64_t position : hits_) offer(clusters_, position);
   offer(clusters_, to);

@@ -18,7 +18,7 @@ namespace noiseloom {
 class VacSwapper {
  public:
   // Fields and exchange must outlive the swapper.
-  VacSwapper(VacFields& fields, VacExchange& exchange, const VacTieHash& hash);
+  VacSwapper(VacSlices& slices, VacExchange& exchange, const VacTieHash& hash);
 
   struct Swap {
     std::uint64_t from;
@@ -39,7 +39,7 @@ class VacSwapper {
   void fill(Side& side);
   void offer(Side& side, std::uint64_t position);
 
-  VacFields& fields_;
+  VacSlices& slices_;
   VacExchange& exchange_;
   VacTieHash hash_;
   VacExchange alone_;

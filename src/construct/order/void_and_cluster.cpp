@@ -99,9 +99,9 @@ struct VoidAndCluster::Impl {
         kernel(spec),
         hash(spec.seed),
         exchange(communicator),
-        fields(spec, kernel, begin, end, pool),
-        by_windows(exchange.sum(fields.windows() != nullptr ? 1 : 0) > 0),
-        search(fields, exchange, hash),
+        slices(spec, kernel, begin, end, pool),
+        by_windows(exchange.sum(slices.windows() != nullptr ? 1 : 0) > 0),
+        search(slices, exchange, hash),
         order(spec.extents, begin, end) {
     if (!by_windows) selection.emplace(spec, kernel, partition, communicator.rank().value(), exchange, pool);
   }
@@ -140,14 +140,14 @@ struct VoidAndCluster::Impl {
     placed_before_batch = progress.num_placed;
     num_in_batch = 0;
     if (progress.phase == VacPhase::done) return;
-    fields.clear();
+    slices.clear();
     if (progress.phase != VacPhase::fill) {
       if (progress.num_start_points > 0) turn_on_where([&](std::uint64_t p) { return order.is_on(p); });
     } else if (progress.num_placed > 0) {
       turn_on_where([&](std::uint64_t p) { return order.has_place(p); });
     }
     if (progress.phase == VacPhase::swap) {
-      swapper.emplace(fields, exchange, hash);
+      swapper.emplace(slices, exchange, hash);
     } else {
       enter_picking();
     }
@@ -155,7 +155,7 @@ struct VoidAndCluster::Impl {
 
   void enter_picking() {
     swapper.reset();
-    if (fields.windows() != nullptr) fields.windows()->restart();
+    if (slices.windows() != nullptr) slices.windows()->restart();
     search.refresh_bounds(progress.phase == VacPhase::fill ? VacView::voids : VacView::clusters);
   }
 
@@ -188,7 +188,7 @@ struct VoidAndCluster::Impl {
         }
         block += (rank_last - rank_first + 7) / 8;
       }
-      fields.turn_on(positions);
+      slices.turn_on(positions);
     }
   }
 
@@ -223,7 +223,7 @@ struct VoidAndCluster::Impl {
       for (std::size_t i = first; i < last; ++i) set_place(picks.positions[i], picks.numbers[i]);
     };
     const auto then = is_last ? search.scan_ahead(view, open_fraction()) : std::nullopt;
-    fields.turn_batch(filling, picks, turned, is_last, then ? &*then : nullptr);
+    slices.turn_batch(filling, picks, turned, is_last, then ? &*then : nullptr);
     const auto count = static_cast<std::int64_t>(picks.positions.size());
     progress.num_placed += count;
     return count;
@@ -232,7 +232,7 @@ struct VoidAndCluster::Impl {
   // The same where one rank goes through windows of the only slice. The field is as far as the whole batch.
   std::int64_t pick_by_windows(VacView view, std::size_t most) {
     if (placed_before_batch + num_in_batch == progress.num_placed) {
-      if (fields.windows() != nullptr) batch_of_windows = fields.windows()->take(view);
+      if (slices.windows() != nullptr) batch_of_windows = slices.windows()->take(view);
       num_in_batch = exchange.sum(static_cast<std::int64_t>(batch_of_windows.size()));
       placed_before_batch = progress.num_placed;
     }
@@ -302,7 +302,7 @@ struct VoidAndCluster::Impl {
   VacKernel kernel;
   VacTieHash hash;
   VacExchange exchange;
-  VacFields fields;
+  VacSlices slices;
   bool by_windows;
   VacSearch search;
   std::optional<VacSelection> selection;

@@ -1,11 +1,11 @@
-#include "problem/mean_distance_blocks.h"
+#include "problem/distances/mean_distance_blocks.h"
 
 #include <algorithm>
 #include <cstddef>
 
+#include "noiseloom/core/compensated_sum.h"
 #include "noiseloom/problem/score.h"
-#include "problem/compensated_sum.h"
-#include "problem/score_distance.h"
+#include "problem/distances/score_distance.h"
 
 namespace noiseloom {
 namespace {

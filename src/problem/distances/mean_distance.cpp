@@ -20,10 +20,10 @@
 #include <algorithm>
 #include <vector>
 
+#include "noiseloom/core/compensated_sum.h"
 #include "noiseloom/problem/score.h"
-#include "problem/compensated_sum.h"
-#include "problem/mean_distance_blocks.h"
-#include "problem/mean_distance_division.h"
+#include "problem/distances/mean_distance_blocks.h"
+#include "problem/distances/mean_distance_division.h"
 
 namespace noiseloom {
 

@@ -1,4 +1,4 @@
-#include "construct/order/vac_fields.h"
+#include "construct/order/vac_slices.h"
 
 #include <algorithm>
 #include <limits>
@@ -8,7 +8,7 @@
 
 namespace noiseloom {
 
-VacFields::VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t begin, std::int32_t end,
+VacSlices::VacSlices(const VacSpec& spec, const VacKernel& kernel, std::int32_t begin, std::int32_t end,
                      ThreadPool& pool)
     : layout_(spec, begin, end) {
   const auto cells = static_cast<std::uint64_t>(spec.extents.cells_per_slice());
@@ -28,25 +28,25 @@ VacFields::VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t 
   if (sizes && begin < end) windows_.emplace(spec, kernel, *sizes, parts_.front(), pool);
 }
 
-VacField& VacFields::part_of(std::uint64_t position) {
+VacField& VacSlices::part_of(std::uint64_t position) {
   const auto part = std::upper_bound(part_ends_.begin(), part_ends_.end(), position);
   return parts_[static_cast<std::size_t>(part - part_ends_.begin())];
 }
 
-std::size_t VacFields::num_leaves() const {
+std::size_t VacSlices::num_leaves() const {
   std::size_t sum = 0;
   for (const VacField& part : parts_) sum += part.bounds().size();
   return sum;
 }
 
-void VacFields::for_each(const std::function<void(VacField&, std::size_t)>& body) {
+void VacSlices::for_each(const std::function<void(VacField&, std::size_t)>& body) {
   work_->for_each([&](std::size_t i) { body(parts_[i], i); });
 }
 
-void VacFields::clear() {
+void VacSlices::clear() {
   for_each([](VacField& part, std::size_t) { part.clear(); });
 }
-void VacFields::turn_on(std::span<const std::uint64_t> positions) {
+void VacSlices::turn_on(std::span<const std::uint64_t> positions) {
   if (windows_) {
     windows_->turn_on(positions);
     return;
@@ -56,11 +56,11 @@ void VacFields::turn_on(std::span<const std::uint64_t> positions) {
   portion.divide(layout_);
   for_each([&](VacField& part, std::size_t) { part.turn(true, portion); });
 }
-void VacFields::refresh_bounds(VacView view) {
+void VacSlices::refresh_bounds(VacView view) {
   for_each([&](VacField& part, std::size_t) { part.refresh_bounds(view); });
 }
 
-void VacFields::turn_batch(bool on, VacPortion& portion, const Turned& turned, bool is_last, const VacScan* then) {
+void VacSlices::turn_batch(bool on, VacPortion& portion, const Turned& turned, bool is_last, const VacScan* then) {
   portion.divide(layout_);
   for_each([&](VacField& part, std::size_t) {
     const auto [first, last] = part.own(portion.positions);

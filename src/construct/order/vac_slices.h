@@ -15,10 +15,10 @@
 
 namespace noiseloom {
 
-class VacFields {
+class VacSlices {
  public:
   // Slices [begin, end). Kernel and pool must outlive the fields.
-  VacFields(const VacSpec& spec, const VacKernel& kernel, std::int32_t begin, std::int32_t end, ThreadPool& pool);
+  VacSlices(const VacSpec& spec, const VacKernel& kernel, std::int32_t begin, std::int32_t end, ThreadPool& pool);
 
   // Where threads go through windows of the only slice: then its picks are taken by them.
   VacWindows* windows() { return windows_ ? &*windows_ : nullptr; }

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "problem/overlap.h"
+#include "problem/filters/overlap.h"
 
 namespace noiseloom {
 namespace {

@@ -1,4 +1,4 @@
-#include "problem/order_in_space.h"
+#include "problem/distances/order_in_space.h"
 
 #include <algorithm>
 #include <array>

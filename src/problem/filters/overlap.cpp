@@ -1,4 +1,4 @@
-#include "problem/overlap.h"
+#include "problem/filters/overlap.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "noiseloom/core/math.h"
-#include "problem/eye_filter.h"
+#include "problem/filters/eye_filter.h"
 
 namespace noiseloom {
 namespace {

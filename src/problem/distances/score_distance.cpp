@@ -1,5 +1,5 @@
 // The square roots vectorise only under -fno-math-errno; without it this is right but three times slower.
-#include "problem/score_distance.h"
+#include "problem/distances/score_distance.h"
 
 #include <algorithm>
 #include <cmath>

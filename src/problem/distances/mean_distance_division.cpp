@@ -1,4 +1,4 @@
-#include "problem/mean_distance_division.h"
+#include "problem/distances/mean_distance_division.h"
 
 #include <algorithm>
 #include <numeric>
@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "noiseloom/core/compensated_sum.h"
 #include "noiseloom/core/random.h"
-#include "problem/compensated_sum.h"
-#include "problem/mean_distance_blocks.h"
-#include "problem/order_in_space.h"
+#include "problem/distances/mean_distance_blocks.h"
+#include "problem/distances/order_in_space.h"
 
 namespace noiseloom {
 namespace {

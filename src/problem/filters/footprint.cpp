@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "problem/compensated_sum.h"
-#include "problem/overlap.h"
+#include "noiseloom/core/compensated_sum.h"
+#include "problem/filters/overlap.h"
 
 namespace noiseloom {
 namespace {
