@@ -20,12 +20,12 @@ inline VacSpec vac_spec(std::vector<std::int64_t> sizes, std::vector<std::vector
 // The position `by` further along every axis, around the torus.
 inline std::uint64_t shifted(const Extents& extents, std::uint64_t position, const std::vector<std::int64_t>& by) {
   std::uint64_t result = 0;
-  std::uint64_t stride = 1;
+  std::uint64_t unit = 1;
   for (int axis = 0; axis < extents.num_axes(); ++axis) {
     const auto size = static_cast<std::uint64_t>(extents.size(axis));
     const auto step = static_cast<std::uint64_t>(by[static_cast<std::size_t>(axis)]);
-    result += (position / stride % size + step) % size * stride;
-    stride *= size;
+    result += (position / unit % size + step) % size * unit;
+    unit *= size;
   }
   return result;
 }
