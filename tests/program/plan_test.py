@@ -25,8 +25,8 @@ class Plan(ProgramTest):
         super().setUp()
         self.config = self.write("run.toml", CONFIG)
 
-    def plan(self, *arguments):
-        return json.loads(self.run_program("plan", self.config, "--json", *arguments).stdout)
+    def plan(self, *arguments, **options):
+        return json.loads(self.run_program("plan", self.config, "--json", *arguments, **options).stdout)
 
     def test_json_has_all_of_it(self):
         plan = self.plan("--ranks", 3, "--threads", 2, "--ranks-per-node", 2)
@@ -92,10 +92,11 @@ method = "{method}"
             file.truncate(file.tell() + 4 * cells)
         large = ("--set", "texture.size={x=16384,y=16384}", "--set", 'texture.samples={file="large.npy"}',
                  "--set", 'filter.groups=[{axes="xy",kernel="gauss",sigma=1.0}]')
-        plan = self.plan(*large)
+        plan = self.plan(*large, afresh=True)
         self.assertGreater(plan["disk"]["run_file_bytes"], 12 * cells)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         self.assertLess(after.ru_utime - before.ru_utime, 5)
+        self.assertGreater(after.ru_utime, before.ru_utime)  # it was a child of this process
         self.assertLess(after.ru_maxrss, 600 * 1024)
         with open(self.folder / "large.npy", "r+b") as file:
             file.truncate(cells)
@@ -109,11 +110,12 @@ method = "{method}"
             groups = '{axes="xy",kernel="gauss",sigma=1.0}'
             if "t=" in size:
                 groups += ',{axes="t",kernel="ema",alpha=0.1,rejection=0.1}'
-            plan = self.plan("--set", f"texture.size={size}", "--set", f"filter.groups=[{groups}]", "--ranks", 64)
+            plan = self.plan("--set", f"texture.size={size}", "--set", f"filter.groups=[{groups}]", "--ranks", 64, afresh=True)
             self.assertGreater(plan["memory"]["node_bytes"], 16 * plan["pixels"])
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         # A second each on a machine that is not too slow or busy; processor time, with room.
         self.assertLess(after.ru_utime - before.ru_utime, 5 * len(sizes))
+        self.assertGreater(after.ru_utime, before.ru_utime)
         self.assertLess(after.ru_maxrss, 600 * 1024)
 
     def test_other_stop_rules_say_what_the_time_is_for(self):

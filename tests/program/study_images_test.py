@@ -209,6 +209,16 @@ class ScoreTest(support.ProgramTest):
         self.assertAlmostEqual(json.loads(done.stdout)["relative_error"], 0.1110, delta=0.0002)
 
 
+class FromLoadingToUnloadingTest(support.ProgramTest):
+    def test_commands_that_open_images_end_well_in_a_process_of_their_own(self):
+        config = self.write("c.toml", CONFIG % "uniform")
+        for arguments in (["generate", config, "-o", "c.h5", "--quiet"], ["export", "c.h5", "-o", "images/"], ["score", "c.h5"],
+                          ["analyze", "c.h5", "-o", "report"]):
+            self.assertEqual(self.run_program(*arguments, afresh=True).stderr, "", arguments)
+        image = next((self.folder / "images").glob("*.png"))
+        self.run_program("score", image, "--config", config, afresh=True)
+
+
 class LostOutputTest(support.ProgramTest):
     """A result that nobody received is no success."""
 

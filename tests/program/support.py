@@ -20,7 +20,7 @@ FORKER = os.environ["NOISELOOM_FORKER"]
 # Whether to try what is left out elsewhere, as it takes long and seldom teaches anything (tools/test --all).
 THOROUGH = os.environ.get("NOISELOOM_THOROUGH", "") != ""
 
-# What noiseloom leaves to noiseloom-study.
+# What noiseloom leaves to noiseloom-study; that it does is tried by the tests that start it afresh, and by install_test.
 STUDY_COMMANDS = {"export", "score", "verify", "compare", "analyze", "accuracy", "render", "fastnoise", "stbn-scalar", "stbn-vector"}
 
 # Without FMA and AVX2 the C library takes other code paths; the results must be the same bytes.
@@ -34,7 +34,7 @@ class LoadedProgram:
         self.path = path
         self.socket, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with other:
-            environment = {"LD_PRELOAD": f"{FORKER}:{KILLER}", "LD_BIND_NOW": "1", "FORK_SOCKET": str(other.fileno())}
+            environment = {"LD_PRELOAD": f"{FORKER}:{KILLER}", "FORK_SOCKET": str(other.fileno())}
             self.process = subprocess.Popen([path], env={**os.environ, **environment}, pass_fds=[other.fileno()])
 
     @staticmethod
@@ -45,11 +45,14 @@ class LoadedProgram:
 
     def receive(self, timeout):
         self.socket.settimeout(timeout)
-        (number,) = array.array("i", self.socket.recv(array.array("i").itemsize))
-        return number
+        message = self.socket.recv(array.array("i").itemsize)
+        if not message:
+            raise RuntimeError(f"{self.path}: the loaded program has ended")
+        return array.array("i", message)[0]
 
     def run(self, command, folder, timeout, environment):
-        """As subprocess.run() with capture_output=True and text=True; the environment is that of this process and these variables."""
+        """As subprocess.run() with capture_output=True and text=True; the environment is that of this process when the program was
+        loaded, and these variables."""
         variables = [f"{name}={value}" for name, value in environment.items() if name != "LD_PRELOAD"]
         message = b"".join(os.fsencode(word) + b"\0" for word in [*variables, "", str(folder), *command])
         with os.fdopen(os.memfd_create("out"), "r+") as out, os.fdopen(os.memfd_create("error"), "r+") as error:
@@ -59,7 +62,6 @@ class LoadedProgram:
                 status = self.receive(timeout)
             except TimeoutError:
                 os.kill(child, signal.SIGKILL)
-                self.receive(timeout)
                 raise subprocess.TimeoutExpired(command, timeout) from None
             out.seek(0)
             error.seek(0)
@@ -67,18 +69,27 @@ class LoadedProgram:
 
     def end(self):
         self.socket.close()
-        self.process.wait()
+        try:
+            self.process.wait(timeout=10)
+        except subprocess.TimeoutExpired:  # it waits for a child
+            self.process.kill()
+            self.process.wait()
 
 
 loaded_programs = {}  # of each program one for each thread that runs it
 
 
-def loaded(path):
+def run_loaded(path, *arguments):
+    """LoadedProgram.run() of the program that this thread has loaded, or loads now; one that failed is not asked again."""
     key = (path, threading.get_ident())
     if key not in loaded_programs:
         loaded_programs[key] = LoadedProgram(path)
-        unittest.addModuleCleanup(lambda: loaded_programs.pop(key).end())
-    return loaded_programs[key]
+        unittest.addModuleCleanup(lambda: key in loaded_programs and loaded_programs.pop(key).end())
+    try:
+        return loaded_programs[key].run(*arguments)
+    except BaseException:  # an answer may still be under way, and would be taken for the next one's
+        loaded_programs.pop(key).end()
+        raise
 
 
 class ProgramTest(unittest.TestCase):
@@ -99,13 +110,14 @@ class ProgramTest(unittest.TestCase):
         launcher = [] if ranks is None else [MPIEXEC, "-n", str(ranks)]
         return launcher + [str(BIN / "noiseloom")] + [str(a) for a in arguments]
 
-    def run_program(self, *arguments, ranks=None, environment=None, expect=0, timeout=300):
-        """Runs noiseloom and returns the finished process; expect=None takes any exit status."""
+    def run_program(self, *arguments, ranks=None, environment=None, expect=0, timeout=300, afresh=False):
+        """Runs noiseloom and returns the finished process; expect=None takes any exit status, afresh=True makes it a process of
+        its own, from the first instruction to the last, and a child of this one."""
         command = self.command(*arguments, ranks=ranks)
         environment = environment or {}
-        if ranks is None and arguments and LoadedProgram.can_have(environment):
+        if FORKER and not afresh and ranks is None and arguments and LoadedProgram.can_have(environment):
             program = "noiseloom-study" if arguments[0] in STUDY_COMMANDS else "noiseloom"
-            done = loaded(BIN / program).run(command, self.folder, timeout, environment)
+            done = run_loaded(BIN / program, command, self.folder, timeout, environment)
         else:
             done = subprocess.run(command, env={**os.environ, **environment}, capture_output=True, text=True,
                                   timeout=timeout, cwd=self.folder)

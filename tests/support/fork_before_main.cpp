@@ -1,8 +1,10 @@
 // Preloaded into a program under test: it is loaded once, libraries and all, and stops before its main; each command
 // line that it is then sent runs in a fork of it. To load the libraries that read images takes ten times as long as
 // most of what tests do with them, and they start the programs thousands of times. What runs is the program itself,
-// from the first line of main to what it does at its exit; only what the libraries do when they are loaded and unloaded
-// is not done anew. What a process opens as it runs (dlopen) is opened here too, before those that follow are forked.
+// from the first line of main to the handlers of exit that it registered; what is done before main and after those
+// handlers (global objects, libraries that are loaded and unloaded) is not, and the addresses of one process are those
+// of the next. What a process opens as it runs (dlopen) is opened here too, before those that follow are forked; should
+// a library then start threads, a fork has none of them and may wait for one until the test's time is out.
 //
 // FORK_SOCKET = n: a socket (SOCK_SEQPACKET) on which commands come, one a message: variables of the environment
 // (NAME=VALUE), an empty word, the working directory and the words of the command line, each with a 0 behind it, and
@@ -102,7 +104,7 @@ bool receive(int socket, Command& command) {
   return true;
 }
 
-int run(Command& command) {
+[[noreturn]] void run(Command& command) {
   if (dup2(command.out, STDOUT_FILENO) < 0 || dup2(command.error, STDERR_FILENO) < 0) fail("dup2");
   char* word = command.text.data();
   for (; *word != 0; word += std::strlen(word) + 1) putenv(word);
@@ -112,7 +114,7 @@ int run(Command& command) {
   const int count = static_cast<int>(words.size()) - 1;
   words.push_back(nullptr);
   on_exit(end_without_libraries, nullptr);
-  return program_main(count, words.data() + 1, environ);
+  std::exit(program_main(count, words.data() + 1, environ));  // the words are needed until the last handler has run
 }
 
 void answer(int socket, int value) {
@@ -121,7 +123,7 @@ void answer(int socket, int value) {
 
 int serve(int, char**, char**) {
   const int socket = std::atoi(std::getenv("FORK_SOCKET"));
-  for (const char* name : {"FORK_SOCKET", "LD_PRELOAD", "LD_BIND_NOW"}) unsetenv(name);
+  for (const char* name : {"FORK_SOCKET", "LD_PRELOAD"}) unsetenv(name);
   void* shared = mmap(nullptr, sizeof(Opened), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (shared == MAP_FAILED) fail("mmap");
   opened = static_cast<Opened*>(shared);
@@ -131,7 +133,7 @@ int serve(int, char**, char**) {
     if (child < 0) fail("fork");
     if (child == 0) {
       close(socket);
-      return run(command);
+      run(command);
     }
     close(command.out);
     close(command.error);
@@ -146,7 +148,7 @@ int serve(int, char**, char**) {
 
 }  // namespace
 
-// Nothing is closed in a fork, so that what it opened is known at its end.
+// Nothing is closed any more, so that what a fork opened is known at its end.
 extern "C" int dlclose(void* library) noexcept {
   if (opened != nullptr) return 0;
   const auto close_it = reinterpret_cast<int (*)(void*)>(dlsym(RTLD_NEXT, "dlclose"));
