@@ -215,8 +215,7 @@ class FromLoadingToUnloadingTest(support.ProgramTest):
         for arguments in (["generate", config, "-o", "c.h5", "--quiet"], ["export", "c.h5", "-o", "images/"], ["score", "c.h5"],
                           ["analyze", "c.h5", "-o", "report"]):
             self.assertEqual(self.run_program(*arguments, afresh=True).stderr, "", arguments)
-        image = next((self.folder / "images").glob("*.png"))
-        self.run_program("score", image, "--config", config, afresh=True)
+        self.run_program("score", *sorted((self.folder / "images").glob("*.png")), "--config", config, afresh=True)
 
 
 class LostOutputTest(support.ProgramTest):
