@@ -38,13 +38,10 @@ Main program_main;
   _exit(127);
 }
 
-// The files of libraries, each with a 0 behind it and another at the end: from a process that was forked to the one
-// that forks.
-struct Opened {
-  static constexpr std::size_t capacity = std::size_t{1} << 17;
-  char paths[capacity];
-};
-Opened* opened;
+// The files of libraries that a fork opened, each with a 0 behind it and another at the end: in memory that forks share
+// with the process that forks.
+constexpr std::size_t opened_capacity = std::size_t{1} << 17;
+char* opened;
 std::set<std::string> loaded;
 
 std::set<std::string> libraries() {
@@ -64,15 +61,16 @@ void end_without_libraries(int status, void*) {
   std::string paths;
   for (const std::string& path : libraries())
     if (!loaded.contains(path)) paths += path + '\0';
-  if (paths.size() < Opened::capacity) std::memcpy(opened->paths, paths.c_str(), paths.size() + 1);
+  if (paths.size() < opened_capacity) std::memcpy(opened, paths.c_str(), paths.size() + 1);
   std::fflush(nullptr);
   _exit(status);
 }
 
 void open_what_was_opened() {
-  for (const char* path = opened->paths; *path != 0; path += std::strlen(path) + 1) dlopen(path, RTLD_LAZY);
-  if (opened->paths[0] != 0) loaded = libraries();
-  opened->paths[0] = 0;
+  if (*opened == 0) return;
+  for (const char* path = opened; *path != 0; path += std::strlen(path) + 1) dlopen(path, RTLD_LAZY);
+  loaded = libraries();
+  *opened = 0;
 }
 
 struct Command {
@@ -124,9 +122,9 @@ void answer(int socket, int value) {
 int serve(int, char**, char**) {
   const int socket = std::atoi(std::getenv("FORK_SOCKET"));
   for (const char* name : {"FORK_SOCKET", "LD_PRELOAD"}) unsetenv(name);
-  void* shared = mmap(nullptr, sizeof(Opened), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  void* shared = mmap(nullptr, opened_capacity, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (shared == MAP_FAILED) fail("mmap");
-  opened = static_cast<Opened*>(shared);
+  opened = static_cast<char*>(shared);
   loaded = libraries();
   for (Command command; receive(socket, command);) {
     const pid_t child = fork();
