@@ -17,6 +17,15 @@
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::HWY_NAMESPACE {
 
+// The samples of a channel, of two that take turns.
+struct EverySecond {
+  const BlockWeights* first;
+  std::size_t part;
+  HWY_INLINE V operator()(int c) const {
+    return load_full(first[2 * static_cast<std::size_t>(c) * limit_blocks].lane, part);
+  }
+};
+
 template <DistanceKind kind, int C>
 double sum_blocks(const ValueKernel& kernel, const BlockWeights* samples, std::size_t rounds) {
   const PairCost<kind, ValueKernelKind::distance, C> pair_cost(kernel);
@@ -32,12 +41,9 @@ double sum_blocks(const ValueKernel& kernel, const BlockWeights* samples, std::s
   for (std::size_t round = 0; round < rounds; ++round) {
     for (std::size_t k = 0; k < limit_blocks; ++k) {
       for (std::size_t p = 0; p < num_parts; ++p) {
-        V i[C];
-        V j[C];
-        for (std::size_t c = 0; c < C; ++c) {  // none twice, or its part of the term would be found once
-          i[c] = load_full(samples[k + (2 * c + 1) * limit_blocks].lane, p);
-          j[c] = load_full(samples[k + (2 * c + 2) * limit_blocks].lane, p);
-        }
+        // None twice, or its part of the term would be found once.
+        const EverySecond i{samples + k + limit_blocks, p};
+        const EverySecond j{samples + k + 2 * limit_blocks, p};
         sums[k % 2] = hn::Add(sums[k % 2], hn::Mul(load_full(samples[k].lane, p), swap_term.term(i, j)));
       }
     }

@@ -1,11 +1,7 @@
 // The swap delta in float, vectorised for each instruction set; which one runs is found at run time.
 #include "anneal/deltas/swap_delta_float.h"
 
-#include <optional>
-
-#include "anneal/deltas/background.h"
-#include "anneal/deltas/delta_fields.h"
-#include "anneal/deltas/sieve.h"
+#include "anneal/deltas/delta_in_fields.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "anneal/deltas/swap_delta_float.cpp"
@@ -17,76 +13,37 @@
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::HWY_NAMESPACE {
 
-template <DistanceKind kind, ValueKernelKind value_kind, int C>
-class FloatDelta final : public SwapDelta {
+// A part of a block of samples, channel by channel: 16 in a row, or 8 and 8.
+struct RowOfSamples {
+  const float* first;
+  std::int64_t plane_size;
+  std::size_t part;
+  HWY_INLINE V operator()(int c) const { return load_full(first + c * plane_size, part); }
+};
+struct SplitSamples {
+  const float* low;
+  const float* high;
+  std::int64_t plane_size;
+  std::size_t part;
+  HWY_INLINE V operator()(int c) const { return load_split(low + c * plane_size, high + c * plane_size, part); }
+};
+
+// Term: a SwapTerm, or what stands for one.
+template <class Term>
+class FloatDelta final : public DeltaInFields {
  public:
   FloatDelta(const Footprint& footprint, const ValueKernel& kernel, WindowSize window, const FeatureMap* between_slices,
              const FeatureMap* sieve)
-      : fields_(footprint, C, window, between_slices == nullptr), pair_cost_(kernel) {
-    if (between_slices != nullptr) background_.emplace(footprint, *between_slices, window);
-    if (sieve != nullptr) sieve_.emplace(footprint, *sieve, window);
-  }
-
-  const FieldLayout& layout() const override { return fields_.layout(); }
-
-  void bind(SliceIndex slice, Corner corner, const SliceField& own, const FieldOf& others) override {
-    fields_.bind(slice, corner, own, others);
-    if (background_) background_->bind(slice, corner, fields_.own(), others);
-    if (sieve_) sieve_->bind(slice, corner, fields_.own(), others);
-  }
-  void swap(CellPair pair) override {
-    fields_.swap(pair.i, pair.j);
-    if (background_) background_->swap(pair);
-    if (sieve_) sieve_->swap(pair);
-  }
-
-  // What lies in the nearer caches without that, planes of samples, is not worth the instructions.
-  void prefetch(std::span<const CellPair> pairs) const override {
-    for (const CellPair pair : pairs) {
-      for (const std::uint32_t cell : {pair.i, pair.j}) {
-        fields_.prefetch_stack(cell);
-        if (background_) prefetch_floats(background_->at(cell), 2 * background_->num_lanes());
-      }
-    }
-  }
-
-  bool has_estimates() const override { return sieve_.has_value(); }
-
-  void prefetch_estimates(std::span<const CellPair> pairs) const override {
-    for (const CellPair pair : pairs) {
-      for (const std::uint32_t cell : {pair.i, pair.j}) {
-        prefetch_floats(sieve_->features(cell), sieve_->num_lanes());
-        prefetch_floats(sieve_->pulls(cell), sieve_->num_lanes());
-      }
-    }
-  }
-
-  void estimate(std::span<const CellPair> pairs, double* out) const override {
-    float sums[most_estimates];
-    sieve_->estimate(pairs, sums);
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
-      out[k] = 2 * static_cast<double>(sums[k]);
-      if (!fields_.may_be_near(pairs[k].i, pairs[k].j)) continue;
-      const DeltaFields::Position at_i = fields_.position(pairs[k].i);
-      const DeltaFields::Position at_j = fields_.position(pairs[k].j);
-      if (const float weight = fields_.pair_weight(at_i, at_j); weight != 0) {
-        float a[C];
-        float b[C];
-        load(at_i, a);
-        load(at_j, b);
-        out[k] = 2 * static_cast<double>(sums[k] - weight * pair_term(a, b));
-      }
-    }
-  }
+      : DeltaInFields(footprint, kernel.channels, window, between_slices, sieve), pair_cost_(kernel) {}
 
   double delta(CellPair pair) const override {
     const DeltaFields::Position at_i = fields_.position(pair.i);
     const DeltaFields::Position at_j = fields_.position(pair.j);
-    float a[C];
-    float b[C];
+    float a[Term::most_channels];
+    float b[Term::most_channels];
     load(at_i, a);
     load(at_j, b);
-    const SwapTerm<kind, value_kind, C> swap_term(pair_cost_, a, b);
+    const Term swap_term(pair_cost_, a, b);
     V sums[num_parts];
     for (V& sum : sums) sum = hn::Zero(Floats());
     for (const DeltaFields::Part& part : fields_.parts()) {
@@ -100,35 +57,27 @@ class FloatDelta final : public SwapDelta {
   }
 
  private:
-  HWY_INLINE void load(const DeltaFields::Position& at, float (&sample)[C]) const {
-    for (int c = 0; c < C; ++c) sample[c] = fields_.own().plane(c)[at.in[DeltaFields::rows]];
+  HWY_INLINE void load(const DeltaFields::Position& at, float (&sample)[Term::most_channels]) const {
+    for (int c = 0; c < Term::channels(pair_cost_); ++c) sample[c] = fields_.own().plane(c)[at.in[DeltaFields::rows]];
   }
 
-  HWY_INLINE void add(const SwapTerm<kind, value_kind, C>& swap_term, const TapBlocks& taps, const float* at_i,
-                      const float* at_j, std::int64_t plane_size, V (&sums)[num_parts]) const {
-    V i[C];
-    V j[C];
+  HWY_INLINE void add(const Term& swap_term, const TapBlocks& taps, const float* at_i, const float* at_j,
+                      std::int64_t plane_size, V (&sums)[num_parts]) const {
     for (std::size_t k = 0; k < taps.full.size(); ++k) {
-      const float* from_i = at_i + taps.full[k];
-      const float* from_j = at_j + taps.full[k];
       for (std::size_t p = 0; p < num_parts; ++p) {
-        for (int c = 0; c < C; ++c) {
-          i[c] = load_full(from_i + c * plane_size, p);
-          j[c] = load_full(from_j + c * plane_size, p);
-        }
+        const RowOfSamples around_i{at_i + taps.full[k], plane_size, p};
+        const RowOfSamples around_j{at_j + taps.full[k], plane_size, p};
         const V weight = load_full(taps.full_weights[k].lane, p);
-        sums[p] = hn::Add(sums[p], hn::Mul(weight, swap_term.term(i, j)));
+        sums[p] = hn::Add(sums[p], hn::Mul(weight, swap_term.term(around_i, around_j)));
       }
     }
     for (std::size_t k = 0; k < taps.split.size(); ++k) {
       const auto [low, high] = taps.split[k];
       for (std::size_t p = 0; p < num_parts; ++p) {
-        for (int c = 0; c < C; ++c) {
-          i[c] = load_split(at_i + low + c * plane_size, at_i + high + c * plane_size, p);
-          j[c] = load_split(at_j + low + c * plane_size, at_j + high + c * plane_size, p);
-        }
+        const SplitSamples around_i{at_i + low, at_i + high, plane_size, p};
+        const SplitSamples around_j{at_j + low, at_j + high, plane_size, p};
         const V weight = load_full(taps.split_weights[k].lane, p);
-        sums[p] = hn::Add(sums[p], hn::Mul(weight, swap_term.term(i, j)));
+        sums[p] = hn::Add(sums[p], hn::Mul(weight, swap_term.term(around_i, around_j)));
       }
     }
   }
@@ -146,63 +95,82 @@ class FloatDelta final : public SwapDelta {
     }
   }
 
-  // What the sums hold of i and j themselves: K(a, a) + K(b, b) - 2 K(a, b).
-  HWY_NOINLINE float pair_term(const float (&a)[C], const float (&b)[C]) const {
-    V va[C];
-    V vb[C];
-    for (int c = 0; c < C; ++c) {
-      va[c] = set(a[c]);
-      vb[c] = set(b[c]);
-    }
-    const float ab = hn::GetLane(pair_cost_(va, vb));
-    return 2 * ab - hn::GetLane(pair_cost_(va, va)) - hn::GetLane(pair_cost_(vb, vb));
+  float pair_term(const DeltaFields::Position& at_i, const DeltaFields::Position& at_j) const override {
+    float a[Term::most_channels];
+    float b[Term::most_channels];
+    load(at_i, a);
+    load(at_j, b);
+    return pair_term(a, b);
+  }
+  HWY_NOINLINE float pair_term(const float (&a)[Term::most_channels], const float (&b)[Term::most_channels]) const {
+    return 2 * pair_cost_.between(a, b) - pair_cost_.between(a, a) - pair_cost_.between(b, b);
   }
 
-  DeltaFields fields_;
-  std::optional<Background> background_;
-  std::optional<Sieve> sieve_;
-  PairCost<kind, value_kind, C> pair_cost_;
+  typename Term::Cost pair_cost_;
+};
+
+// What make() is asked with.
+struct Asked {
+  const Footprint& footprint;
+  const ValueKernel& kernel;
+  WindowSize window;
+  const FeatureMap* between_slices;
+  const FeatureMap* sieve;
+
+  template <class Term>
+  std::unique_ptr<SwapDelta> make() const {
+    return std::make_unique<FloatDelta<Term>>(footprint, kernel, window, between_slices, sieve);
+  }
 };
 
 template <DistanceKind kind, int C>
-std::unique_ptr<SwapDelta> with_value_kind(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
-                                           const FeatureMap* map, const FeatureMap* sieve) {
-  if (kernel.kind == ValueKernelKind::distance) {
-    return std::make_unique<FloatDelta<kind, ValueKernelKind::distance, C>>(footprint, kernel, window, map, sieve);
+std::unique_ptr<SwapDelta> with_value_kind(const Asked& asked) {
+  if (asked.kernel.kind == ValueKernelKind::distance) {
+    return asked.make<SwapTerm<kind, ValueKernelKind::distance, C>>();
   }
-  return std::make_unique<FloatDelta<kind, ValueKernelKind::stbn, C>>(footprint, kernel, window, map, sieve);
+  return asked.make<SwapTerm<kind, ValueKernelKind::stbn, C>>();
+}
+
+template <DistanceKind kind>
+std::unique_ptr<SwapDelta> with_any_channels(const Asked& asked) {
+  NOISELOOM_CHECK_LE(asked.kernel.channels, 8);
+  if (asked.kernel.kind == ValueKernelKind::distance) {
+    return asked.make<ChannelwiseSwapTerm<kind, ValueKernelKind::distance>>();
+  }
+  return asked.make<ChannelwiseSwapTerm<kind, ValueKernelKind::stbn>>();
 }
 
 template <DistanceKind kind, int C, int last>
-std::unique_ptr<SwapDelta> with_channels(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
-                                         const FeatureMap* map, const FeatureMap* sieve) {
-  if (kernel.channels == C) return with_value_kind<kind, C>(footprint, kernel, window, map, sieve);
-  if constexpr (C < last) return with_channels<kind, C + 1, last>(footprint, kernel, window, map, sieve);
-  NOISELOOM_CHECK_LE(kernel.channels, last);
+std::unique_ptr<SwapDelta> with_channels(const Asked& asked) {
+  if (asked.kernel.channels == C) return with_value_kind<kind, C>(asked);
+  if constexpr (C < last) return with_channels<kind, C + 1, last>(asked);
+  NOISELOOM_CHECK_LE(asked.kernel.channels, last);
   return nullptr;
 }
 
 std::unique_ptr<SwapDelta> make(const Footprint& footprint, const ValueKernel& kernel, WindowSize window,
                                 const FeatureMap* map, const FeatureMap* sieve) {
+  const Asked asked{footprint, kernel, window, map, sieve};
   switch (kernel.distance) {
     case DistanceKind::absolute:
-      return with_value_kind<DistanceKind::absolute, 1>(footprint, kernel, window, map, sieve);
+      return with_value_kind<DistanceKind::absolute, 1>(asked);
     case DistanceKind::circle:
-      return with_value_kind<DistanceKind::circle, 1>(footprint, kernel, window, map, sieve);
+      return with_value_kind<DistanceKind::circle, 1>(asked);
     case DistanceKind::angle:
-      return with_channels<DistanceKind::angle, 2, 4>(footprint, kernel, window, map, sieve);
+      return with_channels<DistanceKind::angle, 2, 4>(asked);
     case DistanceKind::axis:
-      return with_channels<DistanceKind::axis, 3, 4>(footprint, kernel, window, map, sieve);
+      return with_channels<DistanceKind::axis, 3, 4>(asked);
     case DistanceKind::manhattan:
-      return with_channels<DistanceKind::manhattan, 2, 8>(footprint, kernel, window, map, sieve);
+      return with_any_channels<DistanceKind::manhattan>(asked);
     case DistanceKind::chebyshev:
-      return with_channels<DistanceKind::chebyshev, 2, 8>(footprint, kernel, window, map, sieve);
+      return with_any_channels<DistanceKind::chebyshev>(asked);
     case DistanceKind::cosine:
-      return with_channels<DistanceKind::cosine, 2, 4>(footprint, kernel, window, map, sieve);
+      return with_channels<DistanceKind::cosine, 2, 4>(asked);
     case DistanceKind::euclidean:
       break;
   }
-  return with_channels<DistanceKind::euclidean, 1, 8>(footprint, kernel, window, map, sieve);
+  if (kernel.channels > 4) return with_any_channels<DistanceKind::euclidean>(asked);
+  return with_channels<DistanceKind::euclidean, 1, 4>(asked);
 }
 
 }  // namespace noiseloom::HWY_NAMESPACE

@@ -102,37 +102,87 @@ HWY_INLINE V distance(const V (&v)[C], const V (&s)[C]) {
   }
 }
 
-// What the energy counts a pair of samples with, -K of ValueKernel: the distance, or -exp(-(d^2)^(exponent / 2) /
-// sigma_s^2).
-template <DistanceKind kind, ValueKernelKind value_kind, int C>
-class PairCost {
+// -exp(-(d^2)^(exponent / 2) / sigma_s^2), of the square of a distance.
+class StbnCost {
  public:
-  explicit PairCost(const ValueKernel& kernel)
+  explicit StbnCost(const ValueKernel& kernel)
       : half_exponent_(static_cast<float>(kernel.exponent / 2)),
         scale_(static_cast<float>(-1.4426950408889634 * kernel.inverse_sigma_s2)) {}
 
-  HWY_INLINE V operator()(const V (&v)[C], const V (&s)[C]) const {
-    if constexpr (value_kind == ValueKernelKind::distance) {
-      return distance<kind, C>(v, s);
-    } else if constexpr (kind == DistanceKind::absolute || kind == DistanceKind::euclidean) {
-      return stretched(square_of_difference<kind, C>(v, s));
-    } else if constexpr (kind == DistanceKind::axis) {
-      return stretched(square_of_sine<C>(v, s));
-    } else {
-      const V d = distance<kind, C>(v, s);
-      return stretched(hn::Mul(d, d));
-    }
-  }
-
- private:
-  HWY_INLINE V stretched(V d2) const {
+  HWY_INLINE V operator()(V d2) const {
     const V tiny = set(1e-30F);
     const V power = exp2(hn::Mul(set(half_exponent_), log2(hn::Max(d2, tiny))));
     return hn::Neg(exp2(hn::Mul(set(scale_), hn::IfThenZeroElse(hn::Lt(d2, tiny), power))));
   }
 
+ private:
   float half_exponent_;
   float scale_;
+};
+
+// What the energy counts a pair of samples with, -K of ValueKernel: the distance, or its StbnCost.
+template <DistanceKind kind, ValueKernelKind value_kind, int C>
+class PairCost {
+ public:
+  explicit PairCost(const ValueKernel& kernel) : stbn_(kernel) {}
+
+  HWY_INLINE V operator()(const V (&v)[C], const V (&s)[C]) const {
+    if constexpr (value_kind == ValueKernelKind::distance) {
+      return distance<kind, C>(v, s);
+    } else if constexpr (kind == DistanceKind::absolute || kind == DistanceKind::euclidean) {
+      return stbn_(square_of_difference<kind, C>(v, s));
+    } else if constexpr (kind == DistanceKind::axis) {
+      return stbn_(square_of_sine<C>(v, s));
+    } else {
+      const V d = distance<kind, C>(v, s);
+      return stbn_(hn::Mul(d, d));
+    }
+  }
+  float between(const float (&a)[C], const float (&b)[C]) const {
+    V va[C];
+    V vb[C];
+    for (int c = 0; c < C; ++c) {
+      va[c] = set(a[c]);
+      vb[c] = set(b[c]);
+    }
+    return hn::GetLane((*this)(va, vb));
+  }
+
+ private:
+  StbnCost stbn_;
+};
+
+// The same of any number of channels: `all` is what those before have come to, 0 at the beginning, and `cost` makes of
+// all of them what PairCost returns, bit for bit. To compile a class for each number takes longer than it is worth.
+template <DistanceKind kind, ValueKernelKind value_kind>
+class ChannelwisePairCost {
+  static_assert(kind == DistanceKind::euclidean || kind == DistanceKind::manhattan || kind == DistanceKind::chebyshev);
+
+ public:
+  explicit ChannelwisePairCost(const ValueKernel& kernel) : channels_(kernel.channels), stbn_(kernel) {}
+
+  int channels() const { return channels_; }
+  HWY_INLINE V with_channel(V all, V v, V s) const {
+    const V along = hn::Sub(v, s);
+    if constexpr (kind == DistanceKind::euclidean) return hn::Add(all, hn::Mul(along, along));
+    return kind == DistanceKind::manhattan ? hn::Add(all, hn::Abs(along)) : hn::Max(all, hn::Abs(along));
+  }
+  HWY_INLINE V cost(V all) const {
+    if constexpr (kind == DistanceKind::euclidean) {
+      return value_kind == ValueKernelKind::distance ? hn::Sqrt(all) : stbn_(all);
+    } else {
+      return value_kind == ValueKernelKind::distance ? all : stbn_(hn::Mul(all, all));
+    }
+  }
+  float between(const float* a, const float* b) const {
+    V all = set(0);
+    for (int c = 0; c < channels_; ++c) all = with_channel(all, set(a[c]), set(b[c]));
+    return hn::GetLane(cost(all));
+  }
+
+ private:
+  int channels_;
+  StbnCost stbn_;
 };
 
 }  // namespace noiseloom::HWY_NAMESPACE
