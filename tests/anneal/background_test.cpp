@@ -55,7 +55,7 @@ TEST(Background, IsTheLowRankKernelSummedOverTheOtherSlices) {
       const auto exact = make_swap_delta(footprint, kernel, Precision::float64);
       with->bind(SliceIndex(1), texture.field(SliceIndex(1)), texture.field_of());
       exact->bind(SliceIndex(1), texture.field(SliceIndex(1)), texture.field_of());
-      const test::PairKernel by_features = kernel_by_features(map);
+      const test::PairKernel by_features = kernel_by_features(map, kernel.channels);
       const test::PairKernel full = test::full_kernel(kernel);
       const Cell last = one.extents.cells_per_slice() - 1;
       for (const CellPair pair : {test::pair(0, last), test::pair(last / 2, 3), test::pair(last / 3, last - 1)}) {
@@ -75,7 +75,7 @@ double relative_error(const Space& space, ValueKernelKind kind, int most_feature
   const ValueKernel kernel = test::kernel_of(space, kind, one.extents.num_axes());
   const Texture texture(footprint, kernel, 5);
   const FeatureMap map(kernel, most_features, samples_of(texture, 2));
-  const test::PairKernel by_features = kernel_by_features(map);
+  const test::PairKernel by_features = kernel_by_features(map, kernel.channels);
   const test::PairKernel full = test::full_kernel(kernel);
   double error = 0;
   double size = 0;

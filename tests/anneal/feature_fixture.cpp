@@ -1,6 +1,9 @@
 #include "anneal/feature_fixture.h"
 
 #include <array>
+#include <map>
+#include <memory>
+#include <numeric>
 #include <utility>
 
 namespace noiseloom::test {
@@ -16,25 +19,34 @@ std::vector<float> samples_of(const Texture& texture, int slices) {
   return list;
 }
 
-namespace {
-
-double product_by_mixing(const FeatureMap& map, const std::vector<double>& a, const std::vector<double>& b) {
-  const auto n = static_cast<std::size_t>(map.num_features());
-  double sum = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j < n; ++j) sum += a[i] * map.mixing()[i * n + j] * b[j];
-  }
-  return sum;
-}
-
-}  // namespace
-
 PairKernel full_kernel(const ValueKernel& kernel) {
   return [kernel](const float* a, const float* b) { return oracle_kernel(kernel, a, b); };
 }
 
-PairKernel kernel_by_features(const FeatureMap& map) {
-  return [&map](const float* a, const float* b) { return product_by_mixing(map, map.features(a), map.features(b)); };
+PairKernel kernel_by_features(const FeatureMap& map, int channels) {
+  struct Known {
+    std::vector<double> features;
+    std::vector<double> mixed;
+  };
+  // Every sample is asked for again and again.
+  const auto all = std::make_shared<std::map<std::vector<float>, Known>>();
+  const auto known = [&map, channels, all](const float* sample) -> const Known& {
+    const auto [place, is_new] = all->try_emplace(std::vector<float>(sample, sample + channels));
+    if (is_new) {
+      const std::vector<double> f = map.features(sample);
+      std::vector<double> mixed(f.size());
+      for (std::size_t i = 0; i < f.size(); ++i) {
+        for (std::size_t j = 0; j < f.size(); ++j) mixed[i] += map.mixing()[i * f.size() + j] * f[j];
+      }
+      place->second = {f, mixed};
+    }
+    return place->second;
+  };
+  return [known](const float* a, const float* b) {
+    const std::vector<double>& of_a = known(a).features;
+    const std::vector<double>& of_b = known(b).mixed;
+    return std::inner_product(of_a.begin(), of_a.end(), of_b.begin(), 0.0);
+  };
 }
 
 double change_by(std::span<const SliceTaps> slices, const Extents& extents, const Texture& texture, SliceIndex slice,

@@ -16,7 +16,7 @@ std::vector<float> samples_of(const Texture& texture, int slices);
 // K of two samples: of all of it, and of what features keep; the map must outlive the function.
 using PairKernel = std::function<double(const float* a, const float* b)>;
 PairKernel full_kernel(const ValueKernel& kernel);
-PairKernel kernel_by_features(const FeatureMap& map);
+PairKernel kernel_by_features(const FeatureMap& map, int channels);
 
 // dE by the taps of `slices`, by a double loop, with `kernel(a, b)` of samples; the term of the pair itself counts like
 // any other. What lies around the pair is that of `around`, where it is given.

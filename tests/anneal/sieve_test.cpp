@@ -50,7 +50,7 @@ std::vector<SieveCase> sieve_cases() {
 // What a Sieve promises, with the kernel by features. Small taps see the slice as it was `bound`.
 double expected_estimate(const Footprint& footprint, const Texture& texture, const Texture& bound,
                          const ValueKernel& kernel, const FeatureMap& map, SliceIndex slice, CellPair pair) {
-  const test::PairKernel by_features = test::kernel_by_features(map);
+  const test::PairKernel by_features = test::kernel_by_features(map, kernel.channels);
   std::vector<SliceTaps> told(footprint.slices().begin(), footprint.slices().end());
   std::vector<SliceTaps> untold{told.front()};
   const double least = Sieve::least_weight_told(told.front().taps);

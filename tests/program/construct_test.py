@@ -137,12 +137,12 @@ class Construct(ProgramTest):
         """A steep average over many slices: pairs far apart weigh too little to place by, but R counts them."""
         config = self.write("steep.toml", CONFIG.replace("t = 5", "t = 24").replace("alpha = 0.1", "alpha = 0.9"))
         states = []
-        for ranks in (None, 4, 24 if THOROUGH else 9):
+        for ranks in (None, 4, 9, 24) if THOROUGH else (None, 4):
             self.generate("run.h5", "--overwrite", config=config, ranks=ranks)
             places, samples, state = self.read("run.h5")
             states.append((samples.tobytes(), state["relative_error"]))
-        self.assertEqual(states[1], states[0])
-        self.assertEqual(states[2], states[0])
+        for state in states[1:]:
+            self.assertEqual(state, states[0])
 
     def test_stop_and_resume_in_every_phase(self):
         self.stop_and_resume(CONFIG, {"relax", "drain", "fill", "done"})
@@ -184,7 +184,7 @@ class Construct(ProgramTest):
         scored = json.loads(self.run_program("score", "one.h5", "--json").stdout)["relative_error"]
         self.assertAlmostEqual(state["relative_error"], scored, delta=1e-9)
         self.assertIn("sharpness", done.stdout)
-        for ranks, threads in ((1, 3), (2, 1), (3, 2), (5, 1)):
+        for ranks, threads in ((1, 3), (2, 1), (3, 2), (5, 1)) if THOROUGH else ((3, 2),):
             self.generate("many.h5", "--overwrite", "--threads", threads, config=config, ranks=ranks)
             self.assertEqual(self.info("many.h5")["checksums"], self.info("one.h5")["checksums"], (ranks, threads))
         plan = self.run_program("plan", config).stdout

@@ -21,14 +21,16 @@ stop = { iterations = 4 }
 # The k-th call takes its status from the k-th word of STATUSES (the last one from then on); "signal" waits for USR1 and
 # ends with 75. "save:9" changes the output, or the file SAVED, first. "0" finishes what is not finished, and says so;
 # "nothing" ends with 0, and nothing was done; with "lost" all was done, and the launcher was killed.
-SRUN = """#!/usr/bin/env bash
+# Each asks the shell alone, and starts no other program.
+SRUN = """#!/bin/bash
 echo "$SRUN_CPUS_PER_TASK $*" >> calls
 read -ra statuses <<< "$STATUSES"
-k=$(($(wc -l < calls) - 1))
+mapfile -t calls < calls
+k=$((${#calls[@]} - 1))
 [ "$k" -lt "${#statuses[@]}" ] || k=$((${#statuses[@]} - 1))
 word=${statuses[$k]}
 [ "$word" != nothing ] || exit 0
-case $word in 0 | lost) [ -n "${BANK:-}" ] || noiseloom info "$OUTPUT" | grep -q ^finished || echo finished >> "$OUTPUT" ;; esac
+case $word in 0 | lost) [ -n "${BANK:-}" ] || [[ $(noiseloom info "$OUTPUT") == finished* ]] || echo finished >> "$OUTPUT" ;; esac
 [ "$word" != lost ] || exit 137
 [ "$word" != 0 ] || echo "file  $OUTPUT  /samples 0123456789abcdef"
 if [ "$word" = signal ]; then
@@ -36,11 +38,11 @@ if [ "$word" = signal ]; then
   touch waiting
   while :; do sleep 0.05; done
 fi
-case $word in save:*) date +%N >> "${SAVED:-out.h5}" ;; esac
+case $word in save:*) echo "$EPOCHREALTIME" >> "${SAVED:-out.h5}" ;; esac
 exit "${word#save:}"
 """
-INFO = '#!/usr/bin/env bash\n[ "$(tail -n 1 "$2")" = finished ] && echo "finished after 9 iterations" || echo "not finished: iteration 3"\n'
-SCONTROL = """#!/usr/bin/env bash
+INFO = '#!/bin/bash\nmapfile -t lines < "$2"\n[ "${lines[-1]:-}" = finished ] && echo "finished after 9 iterations" || echo "not finished: iteration 3"\n'
+SCONTROL = """#!/bin/bash
 [ "$1" != show ] || { echo "JobId=$3 Requeue=1 Restarts=${RESTARTS:-${SLURM_RESTART_COUNT:-0}} BatchFlag=1"; exit; }
 echo "$*" >> requeued
 """

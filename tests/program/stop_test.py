@@ -28,12 +28,12 @@ combine = "product"
 groups  = [ { axes = "xy", kernel = "gauss", sigma = 1.0 }, { axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.1 } ]
 [optimizer]
 method = "construct"
-stop   = { iterations = 4000 }
+stop   = { iterations = 200 }
 """
 # Of circles whose slices act on each other the sharpness takes 18 constructions to find, as large as this one.
 SOUGHT = """
 [texture]
-size    = { x = 32, y = 32, t = 16 }
+size    = { x = 24, y = 24, t = 16 }
 samples = "circle"
 [filter]
 combine = "product"
@@ -135,7 +135,7 @@ class Stop(ProgramTest):
         while not lock.exists():
             self.assertIsNone(process.poll())
             time.sleep(0.01)
-        time.sleep(0.3)
+        time.sleep(0.2)
         os.kill(pid_of(process), signal.SIGUSR1)
         errors = self.ended(process, 75)
         self.assertNotIn('"start"', errors, "the search went on to its end")
