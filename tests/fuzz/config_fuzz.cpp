@@ -10,6 +10,8 @@
 #include "fuzz/reader_fuzz.h"
 #include "noiseloom/config/config.h"
 
+namespace noiseloom::fuzz::config {
+
 namespace {
 
 std::vector<std::string> split(const std::string& text, char separator) {
@@ -24,8 +26,8 @@ std::vector<std::string> split(const std::string& text, char separator) {
   return parts;
 }
 
-noiseloom::RunConfig parsed(const std::string& text, const std::vector<std::string>& overrides) {
-  return noiseloom::parse_config(text, "fuzz.toml", "folder", overrides, noiseloom::MissingFiles::accepted);
+RunConfig parsed(const std::string& text, const std::vector<std::string>& overrides) {
+  return parse_config(text, "fuzz.toml", "folder", overrides, MissingFiles::accepted);
 }
 
 [[noreturn]] void fail(const char* what, const std::string& first, const std::string& second) {
@@ -35,32 +37,31 @@ noiseloom::RunConfig parsed(const std::string& text, const std::vector<std::stri
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  std::vector<std::string> overrides = split(noiseloom::fuzz::text_of(data, size), '\x1e');
+void try_input(const std::uint8_t* data, std::size_t size) {
+  std::vector<std::string> overrides = split(text_of(data, size), '\x1e');
   const std::string text = overrides.front();
   overrides.erase(overrides.begin());
   std::string stored;
   try {
-    stored = noiseloom::to_toml(parsed(text, overrides));
-  } catch (const noiseloom::UserError& error) {
-    for (const noiseloom::Fault& fault : error.faults()) {
+    stored = to_toml(parsed(text, overrides));
+  } catch (const UserError& error) {
+    for (const Fault& fault : error.faults()) {
       if (fault.text.empty() || fault.text.size() > 2500) fail("a message of no use", fault.where, fault.text);
     }
-    return 0;
+    return;
   }
   std::string again;
   try {
-    again = noiseloom::to_toml(parsed(stored, {}));
-  } catch (const noiseloom::UserError& error) {
+    again = to_toml(parsed(stored, {}));
+  } catch (const UserError& error) {
     fail("the stored text is refused", stored, error.what());
   }
   if (again != stored) fail("the stored text reads back as another", stored, again);
-  if (!noiseloom::config_differences(stored, again).empty()) fail("equal configs differ", stored, again);
-  return 0;
+  if (!config_differences(stored, again).empty()) fail("equal configs differ", stored, again);
 }
 
 // Together they have every type of setting, every way to write a table, and overrides.
-std::vector<std::string> noiseloom::fuzz::seeds() {
+std::vector<std::string> seeds() {
   return {
       R"([texture]
 size = { x = 7, y = 5, t = 3 }
@@ -105,3 +106,5 @@ g = -inf
 [[k]]
 )")};
 }
+
+}  // namespace noiseloom::fuzz::config

@@ -4,22 +4,20 @@
 #include "noiseloom/image/image_io.h"
 #include "noiseloom/image/texture_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace noiseloom;
-  if (size < 2) return 0;
+namespace noiseloom::fuzz::image {
+
+void try_input(const std::uint8_t* data, std::size_t size) {
+  if (size < 2) return;
   const char* const layouts[] = {"", "strip", "row", "atlas:2x1", "image"};
   TextureReading reading;
   reading.layout = layouts[data[1] % 5];
-  const std::string path = fuzz::folder().write(data[1] >= 128 ? "a.tga" : "a.png", fuzz::text_of(data + 2, size - 2));
-  fuzz::expect_reason([&] { load_texture(path, fuzz::config_number(data[0]), reading); });
-  return 0;
+  const std::string path = folder().write(data[1] >= 128 ? "a.tga" : "a.png", text_of(data + 2, size - 2));
+  expect_reason([&] { load_texture(path, config_number(data[0]), reading); });
 }
 
 namespace {
 
-std::string seed(int config, const std::string& name, noiseloom::ImageFormat format, noiseloom::PixelType type,
-                 int channels, int blocks) {
-  using namespace noiseloom;
+std::string seed(int config, const std::string& name, ImageFormat format, PixelType type, int channels, int blocks) {
   ImageJob job;
   job.format = format;
   job.block = {4, 3, channels, type, {}, -1};
@@ -28,9 +26,9 @@ std::string seed(int config, const std::string& name, noiseloom::ImageFormat for
   for (int b = 0; b < blocks; ++b) job.part_names.push_back(std::to_string(b));
   std::vector<std::byte> bytes(job.block.num_bytes());
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = std::byte(static_cast<unsigned char>(i * 5 % 61));
-  const std::string path = fuzz::folder().path() + "/" + name;
+  const std::string path = folder().path() + "/" + name;
   write_image(path, job, [&](int) { return std::span<const std::byte>(bytes); });
-  const std::string file = fuzz::bytes_of(path);
+  const std::string file = bytes_of(path);
   std::filesystem::remove(path);
   return std::string{static_cast<char>(config), '\0'} + file;
 }
@@ -41,7 +39,7 @@ std::string text_seed(int config, unsigned char layout, const std::string& text)
 
 }  // namespace
 
-std::vector<std::string> noiseloom::fuzz::seeds() {
+std::vector<std::string> seeds() {
   return {seed(0, "s.png", ImageFormat::png, PixelType::uint8, 1, 1),
           seed(1, "s.png", ImageFormat::png, PixelType::uint16, 3, 2),
           seed(3, "s.tif", ImageFormat::tiff, PixelType::uint8, 1, 2),
@@ -56,3 +54,5 @@ std::vector<std::string> noiseloom::fuzz::seeds() {
                     "BM" + std::string("\x42\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\4\0\0\0\3\0\0\0\1\0\x18\0", 28) +
                         std::string(24 + 36, '\1'))};
 }
+
+}  // namespace noiseloom::fuzz::image

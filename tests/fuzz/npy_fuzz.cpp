@@ -6,17 +6,17 @@
 #include "fuzz/reader_fuzz.h"
 #include "noiseloom/image/texture_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace noiseloom;
-  if (size < 2) return 0;
-  const std::string path = fuzz::folder().write("a.npy", fuzz::text_of(data + 2, size - 2));
+namespace noiseloom::fuzz::npy {
+
+void try_input(const std::uint8_t* data, std::size_t size) {
+  if (size < 2) return;
+  const std::string path = folder().write("a.npy", text_of(data + 2, size - 2));
   const char* const axes[] = {"", "", "tyx", "yxc", "y,x,time"};
   TextureReading reading;
   reading.axes = axes[data[1] % 5];
-  fuzz::expect_reason([&] { read_npy(path); });
-  fuzz::expect_reason([&] { suggested_extents(path, data[0] % 4, reading); });
-  fuzz::expect_reason([&] { load_texture(path, fuzz::config_number(data[0]), reading); });
-  return 0;
+  expect_reason([&] { read_npy(path); });
+  expect_reason([&] { suggested_extents(path, data[0] % 4, reading); });
+  expect_reason([&] { load_texture(path, config_number(data[0]), reading); });
 }
 
 namespace {
@@ -34,8 +34,10 @@ std::string seed(int config, const std::string& type, const std::string& order, 
 
 }  // namespace
 
-std::vector<std::string> noiseloom::fuzz::seeds() {
+std::vector<std::string> seeds() {
   return {seed(0, "<f4", "False", "(3, 4)", 48),         seed(1, ">f2", "True", "(2, 3, 4, 2)", 96),
           seed(2, "<f8", "False", "(4, 4, 4, 3)", 1536), seed(3, "|u1", "False", "(2, 3, 4)", 24),
           seed(4, "<i8", "True", "(3, 4)", 96),          seed(0, "<u2", "False", "(1, 3, 4, 1)", 24)};
 }
+
+}  // namespace noiseloom::fuzz::npy

@@ -4,17 +4,17 @@
 #include "fuzz/reader_fuzz.h"
 #include "noiseloom/image/texture_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace noiseloom;
-  if (size < 4) return 0;
+namespace noiseloom::fuzz::raw {
+
+void try_input(const std::uint8_t* data, std::size_t size) {
+  if (size < 4) return;
   const std::size_t length = std::min(size - 4, data[2] + 256 * static_cast<std::size_t>(data[3]));
-  fuzz::folder().write("a.json", fuzz::text_of(data + 4, length));
-  const std::string path = fuzz::folder().write("a.raw", fuzz::text_of(data + 4 + length, size - 4 - length));
+  folder().write("a.json", text_of(data + 4, length));
+  const std::string path = folder().write("a.raw", text_of(data + 4 + length, size - 4 - length));
   const char* const types[] = {"", "", "", "uint8x4", "uint16be", "float16", "float64x2"};
   TextureReading reading;
   reading.type = types[data[1] % 7];
-  fuzz::expect_reason([&] { load_texture(path, fuzz::config_number(data[0]), reading); });
-  return 0;
+  expect_reason([&] { load_texture(path, config_number(data[0]), reading); });
 }
 
 namespace {
@@ -36,7 +36,7 @@ std::string description(const std::string& type, const std::string& shape, const
 
 }  // namespace
 
-std::vector<std::string> noiseloom::fuzz::seeds() {
+std::vector<std::string> seeds() {
   return {seed(4, 0, description("uint8", "[2, 3, 4, 2]", "[0, 1]"), 48),
           seed(4, 0, description("float32", "[2, 3, 4, 2]", "[-1, 1]"), 192),
           seed(1, 0, "{\"other\": [1, 2]}", 96),
@@ -44,3 +44,5 @@ std::vector<std::string> noiseloom::fuzz::seeds() {
           seed(0, 0, "", 12),
           seed(2, 6, "", 1024)};
 }
+
+}  // namespace noiseloom::fuzz::raw

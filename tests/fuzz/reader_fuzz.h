@@ -9,8 +9,8 @@
 #include <functional>
 #include <iterator>
 #include <string>
+#include <vector>
 
-#include "fuzz/seeds.h"
 #include "noiseloom/core/error.h"
 
 namespace noiseloom::fuzz {

@@ -9,14 +9,14 @@
 #include "noiseloom/files/run_file.h"
 #include "support/run_file_digests.h"
 
+namespace noiseloom::fuzz::run_file {
+
 namespace {
 
-using namespace noiseloom;
-
 void try_file(const std::string& bytes) {
-  const std::string path = fuzz::folder().write("run.h5", bytes);
+  const std::string path = folder().write("run.h5", bytes);
   for (const Changed changed : {Changed::refused, Changed::accepted}) {
-    fuzz::expect_reason([&] {
+    expect_reason([&] {
       const RunFileReader reader(path, changed);
       const RunFileContent& content = reader.content();
       std::vector<std::byte> slice;
@@ -33,15 +33,11 @@ void try_file(const std::string& bytes) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const std::string bytes = fuzz::text_of(data, size);
+void try_input(const std::uint8_t* data, std::size_t size) {
+  const std::string bytes = text_of(data, size);
   try_file(with_fitting_digests(bytes));
   if (size % 8 == 0) try_file(bytes);
-  return 0;
 }
-
-// HDF5 1.10 loses some hundred bytes of its own where it gives a damaged file up.
-extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
 
 namespace {
 
@@ -53,7 +49,7 @@ std::string seed(const Extents& extents, const std::vector<SliceDataset>& datase
   content.state = {{"sweep", std::int64_t{1}}, {"temperature", 0.5}, {"finished", std::string("iterations")}};
   content.history = {{"sweep", {1, 2}}, {"seconds", {0.5, 1.5}}};
   content.provenance = {{"version", std::string("0.1.0")}};
-  const std::string path = fuzz::folder().path() + "/seed.h5";
+  const std::string path = folder().path() + "/seed.h5";
   RunFileWriter writer(posix_file_ops(), path, content);
   for (std::size_t dataset = 0; dataset < datasets.size(); ++dataset) {
     const std::vector<std::byte> bytes(bytes_per_slice(datasets[dataset], extents));
@@ -62,14 +58,16 @@ std::string seed(const Extents& extents, const std::vector<SliceDataset>& datase
     }
   }
   writer.publish();
-  return fuzz::bytes_of(path);
+  return bytes_of(path);
 }
 
 }  // namespace
 
-std::vector<std::string> noiseloom::fuzz::seeds() {
+std::vector<std::string> seeds() {
   const SliceDataset samples{"/samples", ElementType::float32, 2, true};
   return {seed(Extents({3, 2, 2}), {samples, {"/state/permutation", ElementType::uint32, 1, false}}),
           seed(Extents({3, 2, 2, 2}), {samples, {"/order", ElementType::uint64, 1, false}}),
           seed(Extents({1, 1}), {samples, {"/pdf", ElementType::float32, 1, false}})};
 }
+
+}  // namespace noiseloom::fuzz::run_file

@@ -7,14 +7,13 @@
 #include "noiseloom/image/image_reader.h"
 #include "noiseloom/image/texture_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace noiseloom;
-  if (size < 2) return 0;
-  const std::string path =
-      fuzz::folder().write(data[1] % 2 == 0 ? "a.ktx2" : "a.dds", fuzz::text_of(data + 2, size - 2));
-  fuzz::expect_reason([&] { load_texture(path, fuzz::config_number(data[0]), {}); });
-  fuzz::expect_reason([&] { load_texture(path, std::nullopt, {}); });
-  return 0;
+namespace noiseloom::fuzz::texture {
+
+void try_input(const std::uint8_t* data, std::size_t size) {
+  if (size < 2) return;
+  const std::string path = folder().write(data[1] % 2 == 0 ? "a.ktx2" : "a.dds", text_of(data + 2, size - 2));
+  expect_reason([&] { load_texture(path, config_number(data[0]), {}); });
+  expect_reason([&] { load_texture(path, std::nullopt, {}); });
 }
 
 namespace {
@@ -52,7 +51,9 @@ std::string dds(int config, std::uint32_t format, std::uint32_t texel, std::uint
 
 }  // namespace
 
-std::vector<std::string> noiseloom::fuzz::seeds() {
+std::vector<std::string> seeds() {
   return {ktx2(0, 9, 1, 0, 0),    ktx2(4, 16, 2, 0, 2), ktx2(4, 83, 4, 2, 0), ktx2(1, 109, 16, 0, 2),
           ktx2(0, 145, 16, 0, 0), dds(0, 61, 1, 1),     dds(4, 34, 4, 2),     dds(4, 0, 2, 1)};
 }
+
+}  // namespace noiseloom::fuzz::texture
