@@ -10,10 +10,10 @@
 #include <vector>
 
 // Each target: what is made of an input, and small sound inputs to begin with.
-#define NOISELOOM_FUZZ_TARGET(name)                              \
-  namespace noiseloom::fuzz::name {                              \
-  void try_input(const std::uint8_t* data, std::size_t size);    \
-  std::vector<std::string> seeds();                              \
+#define NOISELOOM_FUZZ_TARGET(name)                           \
+  namespace noiseloom::fuzz::name {                           \
+  void try_input(const std::uint8_t* data, std::size_t size); \
+  std::vector<std::string> seeds();                           \
   }
 NOISELOOM_FUZZ_TARGET(config)
 NOISELOOM_FUZZ_TARGET(hdf5_array)

@@ -40,19 +40,22 @@ std::string text_seed(int config, unsigned char layout, const std::string& text)
 }  // namespace
 
 std::vector<std::string> seeds() {
-  return {seed(0, "s.png", ImageFormat::png, PixelType::uint8, 1, 1),
-          seed(1, "s.png", ImageFormat::png, PixelType::uint16, 3, 2),
-          seed(3, "s.tif", ImageFormat::tiff, PixelType::uint8, 1, 2),
-          seed(4, "s.tif", ImageFormat::tiff, PixelType::float32, 2, 1),
-          seed(1, "s.exr", ImageFormat::exr, PixelType::float32, 2, 2),
-          seed(0, "s.exr", ImageFormat::exr, PixelType::float32, 1, 1),
-          seed(4, "s.hdr", ImageFormat::hdr, PixelType::float32, 3, 1),
-          text_seed(0, 0, "P5 4 3 255\n" + std::string(12, 'x')),
-          text_seed(0, 0, "P2\n# two\n4 3\n9\n1 2 3 4 5 6 7 8 9 1 2 3\n"),
-          text_seed(0, 128, std::string("\0\0\3\0\0\0\0\0\0\0\0\0\4\0\3\0\10\0", 18) + std::string(12, 'x')),
-          text_seed(0, 0,
-                    "BM" + std::string("\x42\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\4\0\0\0\3\0\0\0\1\0\x18\0", 28) +
-                        std::string(24 + 36, '\1'))};
+  return {
+      seed(0, "s.png", ImageFormat::png, PixelType::uint8, 1, 1),
+      seed(1, "s.png", ImageFormat::png, PixelType::uint16, 3, 2),
+      seed(3, "s.tif", ImageFormat::tiff, PixelType::uint8, 1, 2),
+      seed(4, "s.tif", ImageFormat::tiff, PixelType::float32, 2, 1),
+      seed(1, "s.exr", ImageFormat::exr, PixelType::float32, 2, 2),
+      seed(0, "s.exr", ImageFormat::exr, PixelType::float32, 1, 1),
+      seed(4, "s.hdr", ImageFormat::hdr, PixelType::float32, 3, 1),
+      text_seed(0, 0,
+                std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\4\0\0\0\3\10\0\0\0\0\0\0\0\0\x56wei", 37) + "tEXtno"),
+      text_seed(0, 0, "P5 4 3 255\n" + std::string(12, 'x')),
+      text_seed(0, 0, "P2\n# two\n4 3\n9\n1 2 3 4 5 6 7 8 9 1 2 3\n"),
+      text_seed(0, 128, std::string("\0\0\3\0\0\0\0\0\0\0\0\0\4\0\3\0\10\0", 18) + std::string(12, 'x')),
+      text_seed(0, 0,
+                "BM" + std::string("\x42\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\4\0\0\0\3\0\0\0\1\0\x18\0", 28) +
+                    std::string(24 + 36, '\1'))};
 }
 
 }  // namespace noiseloom::fuzz::image

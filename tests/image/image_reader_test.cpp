@@ -126,12 +126,13 @@ std::string tiff_header(std::uint32_t columns, std::uint32_t rows) {
   return file + little({0});
 }
 
+std::string big(std::uint32_t n) {
+  std::string bytes;
+  for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(n >> shift & 255);
+  return bytes;
+}
+
 std::string png_header(std::uint32_t columns, std::uint32_t rows) {
-  const auto big = [](std::uint32_t n) {
-    std::string bytes;
-    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(n >> shift & 255);
-    return bytes;
-  };
   using namespace std::string_literals;
   return "\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR"s + big(columns) + big(rows) + "\x08\0\0\0\0"s + big(0);
 }
@@ -152,6 +153,23 @@ TEST(ImageReader, RefusesClaimsThatTheFileCannotHold) {
     write_bytes(folder / name, bytes);
     EXPECT_THAT(user_error_of([&] { ImageReader reader(folder / name); }), HasSubstr("cannot hold so many")) << name;
   }
+}
+
+// The image library would fill a gigabyte and more for such a chunk, for seconds.
+TEST(ImageReader, RefusesPngChunksThatAreLongerThanTheFile) {
+  const TemporaryFolder folder;
+  const std::string text = "Description" + std::string(1, '\0') + "noise";
+  const std::string rest = "tEXt" + text + big(0) + big(0) + "IEND" + big(0xAE426082U);
+  const auto said = [&](std::uint32_t length) {
+    write_bytes(folder / "a.png", png_header(4, 3) + big(length) + rest);
+    return user_error_of([&] { ImageReader reader(folder / "a.png"); });
+  };
+  const auto there = static_cast<std::uint32_t>(text.size()) + 16;
+  EXPECT_THAT(
+      said(0x56776569),
+      AllOf(HasSubstr("chunk tEXt at byte 33 is said to have 1450665321 bytes, and 33 follow"), HasSubstr("cut off")));
+  EXPECT_THAT(said(there + 1), HasSubstr("is said to have 34 bytes"));
+  EXPECT_THAT(said(there), Not(HasSubstr("is said to have")));
 }
 
 // What the image library reads past its buffers for.

@@ -1,5 +1,7 @@
 #include "image/pixels/image_claim.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -33,6 +35,11 @@ class Bytes {
       value = value << 8 | static_cast<unsigned char>(bytes[big_endian ? i : count - 1 - i]);
     return value;
   }
+  std::int64_t size() {
+    file_.clear();
+    file_.seekg(0, std::ios::end);
+    return static_cast<std::int64_t>(file_.tellg());
+  }
   std::int64_t signed_number(std::int64_t at, std::size_t count) {
     const std::uint64_t value = number(at, count, false);
     return count == 4 ? static_cast<std::int32_t>(static_cast<std::uint32_t>(value)) : static_cast<std::int64_t>(value);
@@ -42,10 +49,29 @@ class Bytes {
   std::ifstream& file_;
 };
 
+// The library takes as much memory for a chunk of text or of colours as it is said to have bytes, and fills it.
+std::string unreadable_png(Bytes& bytes) {
+  const std::int64_t size = bytes.size();
+  for (std::int64_t at = 8; at + 8 <= size;) {
+    const auto length = static_cast<std::int64_t>(bytes.number(at, 4, true));
+    const std::string type = bytes.text(at + 4, 4);
+    if (type == "IEND") break;
+    if (type != "IDAT" && length > size - at - 8) {
+      const bool has_name = std::ranges::all_of(type, [](unsigned char c) { return std::isalpha(c) != 0; });
+      return fmt::format("a PNG whose chunk {}at byte {} is said to have {} bytes, and {} follow; is it cut off?",
+                         has_name ? type + " " : "", at, length, size - at - 8);
+    }
+    at += 12 + length;
+  }
+  return "";
+}
+
 ImageClaim png_claim(Bytes& bytes) {
   if (bytes.text(12, 4) != "IHDR") return {"png"};
-  return {"png", static_cast<std::int64_t>(bytes.number(16, 4, true)),
-          static_cast<std::int64_t>(bytes.number(20, 4, true))};
+  ImageClaim claim{"png", static_cast<std::int64_t>(bytes.number(16, 4, true)),
+                   static_cast<std::int64_t>(bytes.number(20, 4, true))};
+  claim.unreadable = unreadable_png(bytes);
+  return claim;
 }
 
 // The library trusts runs of compressed files and indices into short palettes, and reads past its buffers for others.
