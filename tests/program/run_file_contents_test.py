@@ -30,7 +30,7 @@ groups = [ { axes = "xyt", kernel = "gauss-energy", sigma = 1.2 } ]
 method = "void-and-cluster"
 """
 
-# Changes (tests/support/rewrite_run_file.cpp says how they are written) and words of what info and --resume then say.
+# Changes (tests/program/native/rewrite_run_file.cpp says how they are written) and words of what info and --resume then say.
 LAYOUT = [
     (["extents=7,5,8"], "but its /config says"),
     (["extents=1,1,1"], "but its /config says"),

@@ -28,7 +28,7 @@ PLAIN_CPU = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX2_Usable,-
 
 
 class LoadedProgram:
-    """A program that is loaded once and forked for each command line, see tests/support/fork_before_main.cpp."""
+    """A program that is loaded once and forked for each command line, see tests/program/native/fork_before_main.cpp."""
 
     def __init__(self, path):
         self.path = path
@@ -137,7 +137,7 @@ class ProgramTest(unittest.TestCase):
             return {key: value.decode() if isinstance(value, bytes) else value for key, value in file["state"].attrs.items()}
 
     def rewrite(self, run_file, output, *changes):
-        """Another run file with right digests; tests/support/rewrite_run_file.cpp says how changes are written."""
+        """Another run file with right digests; tests/program/native/rewrite_run_file.cpp says how changes are written."""
         subprocess.run([REWRITER, str(run_file), str(output), *changes], check=True, cwd=self.folder)
 
     def samples_checksum(self, run_file):
