@@ -172,6 +172,25 @@ TEST(ImageReader, RefusesPngChunksThatAreLongerThanTheFile) {
   EXPECT_THAT(said(there), Not(HasSubstr("is said to have")));
 }
 
+TEST(ImageReader, RefusesExrAttributesThatAreLongerThanTheFile) {
+  const TemporaryFolder folder;
+  const auto said = [&](const std::string& bytes) {
+    write_bytes(folder / "a.exr", bytes);
+    return user_error_of([&] { ImageReader reader(folder / "a.exr"); });
+  };
+  using namespace std::string_literals;
+  const std::string longer = "notes\0string\0"s + little({1 << 30}) + "noise";
+  const std::string header = exr_header(4, 3, false);
+  const std::string words = "is said to have 1073741824 bytes, and 5 follow; is it cut off?";
+  EXPECT_THAT(said(header.substr(0, 8) + longer), AllOf(HasSubstr("attribute at byte 8 "), HasSubstr(words)));
+  EXPECT_THAT(said(header.substr(0, header.size() - 1) + longer), HasSubstr(words));
+  // Of the second part; in a file of one part that is no header.
+  EXPECT_THAT(said(header + longer), Not(HasSubstr("is said to have")));
+  std::string parts = header + longer;
+  parts[5] = '\x10';
+  EXPECT_THAT(said(parts), HasSubstr(words));
+}
+
 // What the image library reads past its buffers for.
 TEST(ImageReader, RefusesBmpFilesThatNameWhatTheyDoNotHold) {
   const TemporaryFolder folder;

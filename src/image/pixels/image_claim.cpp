@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
-#include <cstring>
 #include <string_view>
-#include <vector>
 
 #include "image/pixels/texture_header.h"
 
@@ -168,35 +166,52 @@ ImageClaim tiff_claim(Bytes& bytes, bool big_endian) {
   return claim;
 }
 
-// The attributes of an OpenEXR header: name, type, size, value; a name of no length ends it.
+// The attributes of OpenEXR headers, one header a part: name, type, size, value; a name of no length ends a header, and
+// a header without attributes those of several parts. The library takes as much memory for an attribute as it is said
+// to have bytes, and fills it.
 ImageClaim exr_claim(Bytes& bytes) {
-  constexpr std::size_t longest_header = 1U << 20;
-  const std::string head = bytes.text(8, longest_header);
   ImageClaim claim{"openexr"};
+  constexpr std::uint64_t has_parts = 0x1000;
+  constexpr std::size_t longest_name = 256;
+  constexpr int most_attributes = 1 << 16;
+  const std::int64_t file_size = bytes.size();
+  const bool is_one_part = (bytes.number(4, 4, false) & has_parts) == 0;
   std::int64_t tile_width = 0;
   std::int64_t tile_height = 0;
-  const auto text_at = [&](std::size_t at) { return std::string_view(head).substr(at, head.find('\0', at) - at); };
-  const auto number_at = [&](std::size_t at) {
-    std::uint32_t value = 0;
-    if (at + 4 <= head.size()) std::memcpy(&value, head.data() + at, 4);
-    return static_cast<std::int64_t>(static_cast<std::int32_t>(value));
-  };
-  for (std::size_t at = 0; at < head.size() && head[at] != '\0';) {
-    const std::string_view name = text_at(at);
-    const std::size_t type_at = at + name.size() + 1;
-    if (type_at >= head.size()) break;
-    const std::size_t size_at = type_at + text_at(type_at).size() + 1;
-    const std::int64_t size = number_at(size_at);
-    const std::size_t value_at = size_at + 4;
-    if (size < 0 || value_at + static_cast<std::size_t>(size) > head.size()) break;
-    if (name == "dataWindow" && size == 16) {
-      claim.width = number_at(value_at + 8) - number_at(value_at) + 1;
-      claim.height = number_at(value_at + 12) - number_at(value_at + 4) + 1;
-    } else if (name == "tiles" && size == 9) {
-      tile_width = number_at(value_at);
-      tile_height = number_at(value_at + 4);
+  std::int64_t at = 8;
+  bool is_first_part = true;
+  for (int k = 0; k < most_attributes; ++k) {
+    const std::string head = bytes.text(at, 2 * longest_name + 4);
+    if (head.empty()) break;
+    if (head[0] == '\0') {
+      if (is_one_part || head.size() < 2 || head[1] == '\0') break;
+      is_first_part = false;
+      ++at;
+      continue;
     }
-    at = value_at + static_cast<std::size_t>(size);
+    const std::size_t name_end = head.find('\0');
+    if (name_end == std::string::npos) break;
+    const std::size_t type_end = head.find('\0', name_end + 1);
+    if (type_end == std::string::npos) break;
+    const std::string name = head.substr(0, name_end);
+    const std::int64_t value_at = at + static_cast<std::int64_t>(type_end) + 5;
+    const std::int64_t size = bytes.signed_number(value_at - 4, 4);
+    if (size < 0 || size > file_size - value_at) {
+      claim.unreadable = fmt::format(
+          "an OpenEXR file whose attribute at byte {} is said to have {} bytes, and {} "
+          "follow; is it cut off?",
+          at, size, std::max<std::int64_t>(0, file_size - value_at));
+      break;
+    }
+    const auto number_at = [&](std::int64_t place) { return bytes.signed_number(value_at + place, 4); };
+    if (is_first_part && name == "dataWindow" && size == 16) {
+      claim.width = number_at(8) - number_at(0) + 1;
+      claim.height = number_at(12) - number_at(4) + 1;
+    } else if (is_first_part && name == "tiles" && size == 9) {
+      tile_width = number_at(0);
+      tile_height = number_at(4);
+    }
+    at = value_at + size;
   }
   // One offset of 8 bytes for each block: at most 256 rows, or a tile.
   double blocks = static_cast<double>(claim.height) / 256;

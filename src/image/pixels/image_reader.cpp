@@ -70,13 +70,13 @@ Checked checked_claim(const std::string& path) {
     throw UserError(path, fmt::format("not an image that can be read{}; accepted: {}",
                                       why.empty() ? "" : fmt::format(" ({}: {})", extension, why), image_extensions()));
   }
+  if (!claim.unreadable.empty()) throw UserError(path, claim.unreadable);
   if (claim.width < 1 || claim.height < 1)
     throw UserError(
         path, fmt::format("not an image that can be read: its header says {} x {} pixels", claim.width, claim.height));
   if (claim.width > checked.most_pixels / claim.height || claim.least_bytes > size)
     throw UserError(path, fmt::format("its header says {} x {} pixels, but a file of {} bytes cannot hold so many",
                                       claim.width, claim.height, size));
-  if (!claim.unreadable.empty()) throw UserError(path, claim.unreadable);
   return checked;
 }
 
