@@ -17,7 +17,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace noiseloom::HWY_NAMESPACE {
 
-// The samples of a channel, of two that take turns.
+// The samples around one of the two centres, channel by channel: blocks of one lie between those of the other.
 struct EverySecond {
   const BlockWeights* first;
   std::size_t part;
@@ -26,16 +26,16 @@ struct EverySecond {
   }
 };
 
-template <DistanceKind kind, int C>
+template <class Term>
 double sum_blocks(const ValueKernel& kernel, const BlockWeights* samples, std::size_t rounds) {
-  const PairCost<kind, ValueKernelKind::distance, C> pair_cost(kernel);
-  float a[C];
-  float b[C];
-  for (int c = 0; c < C; ++c) {
+  const typename Term::Cost pair_cost(kernel);
+  float a[Term::most_channels];
+  float b[Term::most_channels];
+  for (int c = 0; c < Term::most_channels; ++c) {
     a[c] = samples[0].lane[c];
-    b[c] = samples[0].lane[c + C];
+    b[c] = samples[0].lane[c + Term::most_channels];
   }
-  const SwapTerm<kind, ValueKernelKind::distance, C> swap_term(pair_cost, a, b);
+  const Term swap_term(pair_cost, a, b);
   // Two sums, so that none waits for itself.
   V sums[2] = {hn::Zero(Floats()), hn::Zero(Floats())};
   for (std::size_t round = 0; round < rounds; ++round) {
@@ -53,35 +53,40 @@ double sum_blocks(const ValueKernel& kernel, const BlockWeights* samples, std::s
   return static_cast<double>(fold(Floats(), hn::Add(sums[0], sums[1])));
 }
 
-template <DistanceKind kind, int C = 2>
+template <DistanceKind kind, int C>
 double of_channels(const ValueKernel& kernel, const BlockWeights* samples, std::size_t rounds) {
   if (kernel.channels > C) {
     if constexpr (C < 4) return of_channels<kind, C + 1>(kernel, samples, rounds);
   }
-  return sum_blocks<kind, C>(kernel, samples, rounds);
+  return sum_blocks<SwapTerm<kind, ValueKernelKind::distance, C>>(kernel, samples, rounds);
+}
+
+template <DistanceKind kind>
+double of_any_channels(ValueKernel kernel, const BlockWeights* samples, std::size_t rounds) {
+  kernel.channels = std::min(kernel.channels, 4);  // of more there are no samples
+  return sum_blocks<ChannelwiseSwapTerm<kind, ValueKernelKind::distance>>(kernel, samples, rounds);
 }
 
 double run_blocks(const ValueKernel& kernel, const BlockWeights* samples, std::size_t rounds) {
   switch (kernel.distance) {
     case DistanceKind::absolute:
-      return sum_blocks<DistanceKind::absolute, 1>(kernel, samples, rounds);
+      return of_channels<DistanceKind::absolute, 1>(kernel, samples, rounds);
     case DistanceKind::circle:
-      return sum_blocks<DistanceKind::circle, 1>(kernel, samples, rounds);
+      return of_channels<DistanceKind::circle, 1>(kernel, samples, rounds);
     case DistanceKind::angle:
-      return sum_blocks<DistanceKind::angle, 3>(kernel, samples, rounds);
+      return of_channels<DistanceKind::angle, 3>(kernel, samples, rounds);
     case DistanceKind::axis:
-      return kernel.channels == 4 ? sum_blocks<DistanceKind::axis, 4>(kernel, samples, rounds)
-                                  : sum_blocks<DistanceKind::axis, 3>(kernel, samples, rounds);
+      return of_channels<DistanceKind::axis, 3>(kernel, samples, rounds);
     case DistanceKind::manhattan:
-      return of_channels<DistanceKind::manhattan>(kernel, samples, rounds);
+      return of_any_channels<DistanceKind::manhattan>(kernel, samples, rounds);
     case DistanceKind::chebyshev:
-      return of_channels<DistanceKind::chebyshev>(kernel, samples, rounds);
+      return of_any_channels<DistanceKind::chebyshev>(kernel, samples, rounds);
     case DistanceKind::cosine:
-      return of_channels<DistanceKind::cosine>(kernel, samples, rounds);
+      return of_channels<DistanceKind::cosine, 2>(kernel, samples, rounds);
     case DistanceKind::euclidean:
       break;
   }
-  return of_channels<DistanceKind::euclidean>(kernel, samples, rounds);
+  return of_channels<DistanceKind::euclidean, 2>(kernel, samples, rounds);
 }
 
 // One vector of every line, in the order given.

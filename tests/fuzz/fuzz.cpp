@@ -1,5 +1,6 @@
-// `fuzz TARGET --seeds FOLDER` writes the target's seeds to files of that folder; `fuzz TARGET` and anything else is
-// libFuzzer's command line.
+// `fuzz --target=NAME --seeds=FOLDER` writes the target's seeds to files of that folder. `fuzz --target=NAME` and
+// anything else is libFuzzer's command line, which leaves words with two dashes to us: `fuzz --target=npy FILE` tries
+// one file.
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -59,22 +60,27 @@ const Target* chosen = nullptr;
 }  // namespace
 }  // namespace noiseloom::fuzz
 
-// libFuzzer calls this first, and then reads what is left of the command line.
+// libFuzzer calls this first.
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
   using namespace noiseloom::fuzz;
-  for (const Target& target : targets) {
-    if (*argc > 1 && target.name == (*argv)[1]) chosen = &target;
+  constexpr std::string_view target_option = "--target=";
+  constexpr std::string_view seeds_option = "--seeds=";
+  std::string folder;
+  for (int k = 1; k < *argc; ++k) {
+    const std::string_view word = (*argv)[k];
+    if (word.starts_with(seeds_option)) folder = word.substr(seeds_option.size());
+    if (!word.starts_with(target_option)) continue;
+    for (const Target& target : targets) {
+      if (target.name == word.substr(target_option.size())) chosen = &target;
+    }
   }
   if (chosen == nullptr) {
-    std::fputs("the first argument is one of", stderr);
+    std::fputs("--target=NAME is missing; accepted:", stderr);
     for (const Target& target : targets) std::fprintf(stderr, " %s", target.name.data());
     std::fputs("\n", stderr);
     std::exit(2);
   }
-  if (*argc == 4 && std::string_view((*argv)[2]) == "--seeds") write_seeds((*argv)[3]);
-  (*argv)[1] = (*argv)[0];
-  ++*argv;
-  --*argc;
+  if (!folder.empty()) write_seeds(folder);
   return 0;
 }
 

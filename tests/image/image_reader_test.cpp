@@ -191,6 +191,18 @@ TEST(ImageReader, RefusesExrAttributesThatAreLongerThanTheFile) {
   EXPECT_THAT(said(parts), HasSubstr(words));
 }
 
+TEST(ImageReader, ReadsLongAttributesAndWhatHasBytesBehindItsEnd) {
+  const TemporaryFolder folder;
+  OIIO::ImageSpec spec = spec_at(0, 0);
+  spec.attribute("a", std::string(3U << 20, 'x'));  // before the data window
+  write_with_library(folder / "a.exr", spec);
+  EXPECT_EQ(read_numbers(folder / "a.exr"), pixels());
+  write_with_library(folder / "a.png", spec_at(0, 0, OIIO::TypeDesc::UINT8));
+  const std::vector<float> plain = read_numbers(folder / "a.png");
+  write_bytes(folder / "a.png", read_bytes(folder / "a.png") + big(0x56776569) + "tEXt");
+  EXPECT_EQ(read_numbers(folder / "a.png"), plain);
+}
+
 // What the image library reads past its buffers for.
 TEST(ImageReader, RefusesBmpFilesThatNameWhatTheyDoNotHold) {
   const TemporaryFolder folder;

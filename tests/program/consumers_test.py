@@ -137,7 +137,7 @@ class ConsumersTest(support.ProgramTest):
 
     def test_bevy_and_three_read_ktx2(self):
         if not (NODE_MODULES / "ktx-parse").is_dir() or shutil.which("node") is None:
-            return not_tried("ktx-parse (as three.js has it) reads KTX2", "node or the package is missing (tools/setup)")
+            return not_tried("ktx-parse (as three.js has it) reads KTX2", "node or the package is missing (tools/setup --test)")
         script = self.write("read.mjs", READ_KTX2 % NODE_MODULES)
         for consumer, name, samples, format, sizes, channels in [
             ("bevy", "stbn.ktx2", "vector2", 37, (0, 4), 4), ("three", "uniform4.ktx2", "uniform", 9, (4, 0), 1)]:
@@ -151,7 +151,7 @@ class ConsumersTest(support.ProgramTest):
 
     def test_the_loader_of_three_makes_volumes(self):
         if not (NODE_MODULES / "three").is_dir() or shutil.which("node") is None:
-            return not_tried("three.js' KTX2Loader", "node or the package is missing (tools/setup)")
+            return not_tried("three.js' KTX2Loader", "node or the package is missing (tools/setup --test)")
         script = self.write("three.mjs", LOAD_KTX2 % NODE_MODULES)
         for samples, depth, channels, format, kind in [("uniform", "8", 1, 1028, 1009), ("vector2", "8", 2, 1030, 1009),
                                                        ("vector2", "16f", 2, 1030, 1016), ("vector2", "32f", 2, 1030, 1015)]:

@@ -114,7 +114,7 @@ class ContainersTest(support.ProgramTest):
 
     def test_ktx2_is_read_by_ktx_parse(self):
         if not (NODE_MODULES / "ktx-parse").is_dir() or shutil.which("node") is None:
-            return not_tried("ktx-parse reads our KTX2", "node or the package is missing (tools/setup)")
+            return not_tried("ktx-parse reads our KTX2", "node or the package is missing (tools/setup --test)")
         script = self.write("read.mjs", READ_KTX2 % NODE_MODULES)
         cases = []
         for samples, depth, channels, vulkan, _ in self.FORMATS:
@@ -148,7 +148,7 @@ class ContainersTest(support.ProgramTest):
 
     def test_file_knows_ktx2_and_dds(self):
         if shutil.which("file") is None:
-            return not_tried("file says what our KTX2 and DDS are", "the program is missing (tools/setup)")
+            return not_tried("file says what our KTX2 and DDS are", "the program is missing (tools/setup --test)")
         run_file = self.generate("vector2")
         say = lambda path: subprocess.run(["file", "-b", path], check=True, capture_output=True, text=True).stdout
         self.assertRegex(say(self.export(run_file, "a.ktx2")), r"KTX2.*13 x 11")
@@ -313,7 +313,7 @@ int main() {
             not_tried("glslangValidator compiles our HLSL and GLSL", "the program is missing (Debian: glslang-tools)")
         reflect = NODE_MODULES / "wgsl_reflect"
         if not reflect.is_dir() or shutil.which("node") is None:
-            not_tried("wgsl_reflect parses our WGSL", "node or the package is missing (tools/setup)")
+            not_tried("wgsl_reflect parses our WGSL", "node or the package is missing (tools/setup --test)")
         script = self.write("parse.mjs", f"import {{ WgslReflect }} from '{reflect}/wgsl_reflect.module.js';\n"
                             "import { readFileSync } from 'fs';\n"
                             "for (const path of process.argv.slice(2)) {\n"

@@ -142,7 +142,8 @@ class Kill(ProgramTest):
     def test_a_rank_that_is_stopped_ends_the_run_by_name(self):
         for victim in (1, 0):
             with self.subTest(victim):
-                process = self.under_way(2, 10_000_000, "--watchdog", "1s")  # who waits for the stopped one takes a processor
+                # Each rank that waits for the stopped one keeps a processor busy.
+                process = self.under_way(3 if THOROUGH else 2, 10_000_000, "--watchdog", "2s")
                 ranks = {self.rank_of(pid): pid for pid in self.ranks_of(process)}
                 os.kill(ranks[victim], signal.SIGSTOP)
                 said = process.stderr.read()

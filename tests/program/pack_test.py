@@ -65,7 +65,7 @@ class PackTest(support.ProgramTest):
             for words in (b"channel 1 of lens", b"channel 0 of time", b"filter box 3 over xy"):
                 self.assertIn(words, data, name)
         if not (NODE_MODULES / "ktx-parse").is_dir() or shutil.which("node") is None:
-            return not_tried("ktx-parse reads packed KTX2", "node or the package is missing (tools/setup)")
+            return not_tried("ktx-parse reads packed KTX2", "node or the package is missing (tools/setup --test)")
         self.pack("a.ktx2", "RG=lens,B=time,A=1", "lens.h5", "time.h5")
         script = self.write("read.mjs", READ_KTX2 % NODE_MODULES)
         read = json.loads(subprocess.run(["node", script, self.folder / "a.ktx2"], check=True, capture_output=True,

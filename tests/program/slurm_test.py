@@ -21,7 +21,7 @@ stop = { iterations = 4 }
 # The k-th call takes its status from the k-th word of STATUSES (the last one from then on); "signal" waits for USR1 and
 # ends with 75. "save:9" changes the output, or the file SAVED, first. "0" finishes what is not finished, and says so;
 # "nothing" ends with 0, and nothing was done; with "lost" all was done, and the launcher was killed.
-# Each asks the shell alone, and starts no other program.
+# Bash alone does what it can: to start other programs takes most of the time.
 SRUN = """#!/bin/bash
 echo "$SRUN_CPUS_PER_TASK $*" >> calls
 read -ra statuses <<< "$STATUSES"
@@ -41,7 +41,7 @@ fi
 case $word in save:*) echo "$EPOCHREALTIME" >> "${SAVED:-out.h5}" ;; esac
 exit "${word#save:}"
 """
-INFO = '#!/bin/bash\nmapfile -t lines < "$2"\n[ "${lines[-1]:-}" = finished ] && echo "finished after 9 iterations" || echo "not finished: iteration 3"\n'
+INFO = '#!/bin/bash\nmapfile -t lines < "$2"\n[ "${lines[*]: -1}" = finished ] && echo "finished after 9 iterations" || echo "not finished: iteration 3"\n'
 SCONTROL = """#!/bin/bash
 [ "$1" != show ] || { echo "JobId=$3 Requeue=1 Restarts=${RESTARTS:-${SLURM_RESTART_COUNT:-0}} BatchFlag=1"; exit; }
 echo "$*" >> requeued

@@ -28,7 +28,7 @@ combine = "product"
 groups  = [ { axes = "xy", kernel = "gauss", sigma = 1.0 }, { axes = "t", kernel = "ema", alpha = 0.1, rejection = 0.1 } ]
 [optimizer]
 method = "construct"
-stop   = { iterations = 200 }
+stop   = { iterations = 1000 }
 """
 # Of circles whose slices act on each other the sharpness takes 18 constructions to find, as large as this one.
 SOUGHT = """

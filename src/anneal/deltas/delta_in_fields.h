@@ -1,4 +1,4 @@
-// What of a swap delta in float does not depend on what is between two samples: fields, background and sieve.
+// A swap delta in float, but for the distance of two samples: its fields, its background and its sieve.
 #pragma once
 
 #include <optional>

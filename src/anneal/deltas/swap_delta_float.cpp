@@ -133,10 +133,9 @@ std::unique_ptr<SwapDelta> with_value_kind(const Asked& asked) {
 
 template <DistanceKind kind>
 std::unique_ptr<SwapDelta> with_any_channels(const Asked& asked) {
-  NOISELOOM_CHECK_LE(asked.kernel.channels, 8);
-  if (asked.kernel.kind == ValueKernelKind::distance) {
-    return asked.make<ChannelwiseSwapTerm<kind, ValueKernelKind::distance>>();
-  }
+  using Term = ChannelwiseSwapTerm<kind, ValueKernelKind::distance>;
+  NOISELOOM_CHECK_LE(asked.kernel.channels, Term::most_channels);
+  if (asked.kernel.kind == ValueKernelKind::distance) return asked.make<Term>();
   return asked.make<ChannelwiseSwapTerm<kind, ValueKernelKind::stbn>>();
 }
 

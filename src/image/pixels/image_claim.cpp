@@ -12,6 +12,12 @@
 namespace noiseloom {
 namespace {
 
+std::uint64_t big_endian(std::string_view bytes) {
+  std::uint64_t value = 0;
+  for (const char byte : bytes) value = value << 8 | static_cast<unsigned char>(byte);
+  return value;
+}
+
 // Numbers at places of a file; what lies beyond its end reads as zero.
 class Bytes {
  public:
@@ -25,13 +31,11 @@ class Bytes {
     bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, file_.gcount())));
     return bytes;
   }
-  std::uint64_t number(std::int64_t at, std::size_t count, bool big_endian) {
+  std::uint64_t number(std::int64_t at, std::size_t count, bool is_big_endian) {
     std::string bytes = text(at, count);
     bytes.resize(count, '\0');
-    std::uint64_t value = 0;
-    for (std::size_t i = 0; i < count; ++i)
-      value = value << 8 | static_cast<unsigned char>(bytes[big_endian ? i : count - 1 - i]);
-    return value;
+    if (!is_big_endian) std::ranges::reverse(bytes);
+    return big_endian(bytes);
   }
   std::int64_t size() {
     file_.clear();
@@ -47,12 +51,19 @@ class Bytes {
   std::ifstream& file_;
 };
 
+// Parts of a file that say how long they are: of no image are there more, and to look at so many takes seconds.
+constexpr int most_pieces = 1 << 20;
+std::string too_many(const std::string& what) { return fmt::format("{} more than {} of them", what, most_pieces); }
+
 // The library takes as much memory for a chunk of text or of colours as it is said to have bytes, and fills it.
 std::string unreadable_png(Bytes& bytes) {
   const std::int64_t size = bytes.size();
-  for (std::int64_t at = 8; at + 8 <= size;) {
-    const auto length = static_cast<std::int64_t>(bytes.number(at, 4, true));
-    const std::string type = bytes.text(at + 4, 4);
+  std::int64_t at = 8;
+  for (int k = 0; at + 8 <= size; ++k) {
+    if (k == most_pieces) return too_many("a PNG of chunks,");
+    const std::string head = bytes.text(at, 8);
+    const auto length = static_cast<std::int64_t>(big_endian(head.substr(0, 4)));
+    const std::string type = head.substr(4);
     if (type == "IEND") break;
     if (type != "IDAT" && length > size - at - 8) {
       const bool has_name = std::ranges::all_of(type, [](unsigned char c) { return std::isalpha(c) != 0; });
@@ -173,14 +184,17 @@ ImageClaim exr_claim(Bytes& bytes) {
   ImageClaim claim{"openexr"};
   constexpr std::uint64_t has_parts = 0x1000;
   constexpr std::size_t longest_name = 256;
-  constexpr int most_attributes = 1 << 16;
   const std::int64_t file_size = bytes.size();
   const bool is_one_part = (bytes.number(4, 4, false) & has_parts) == 0;
   std::int64_t tile_width = 0;
   std::int64_t tile_height = 0;
   std::int64_t at = 8;
   bool is_first_part = true;
-  for (int k = 0; k < most_attributes; ++k) {
+  for (int k = 0;; ++k) {
+    if (k == most_pieces) {
+      claim.unreadable = too_many("an OpenEXR file of attributes,");
+      break;
+    }
     const std::string head = bytes.text(at, 2 * longest_name + 4);
     if (head.empty()) break;
     if (head[0] == '\0') {
@@ -195,8 +209,8 @@ ImageClaim exr_claim(Bytes& bytes) {
     if (type_end == std::string::npos) break;
     const std::string name = head.substr(0, name_end);
     const std::int64_t value_at = at + static_cast<std::int64_t>(type_end) + 5;
-    const std::int64_t size = bytes.signed_number(value_at - 4, 4);
-    if (size < 0 || size > file_size - value_at) {
+    const auto size = static_cast<std::int64_t>(bytes.number(value_at - 4, 4, false));
+    if (size > file_size - value_at) {
       claim.unreadable = fmt::format(
           "an OpenEXR file whose attribute at byte {} is said to have {} bytes, and {} "
           "follow; is it cut off?",

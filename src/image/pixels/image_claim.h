@@ -15,7 +15,7 @@ struct ImageClaim {
   std::int64_t width = 0;        // of the first part, as the header says; 0 or less is no size
   std::int64_t height = 0;       // BMP stores images that begin at the top with a negative height: here it is positive
   std::int64_t least_bytes = 0;  // what the file must hold besides for the claim to be true (tables of offsets)
-  std::string unreadable{};      // what of the format is not read, or is not so, and what to do; "" where it is none
+  std::string unreadable{};      // why it is not read although the format is, and what to do; "" where it is
 };
 
 // `extension` is looked at where a format has no mark of its own (.tga).
