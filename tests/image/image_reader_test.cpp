@@ -198,9 +198,15 @@ TEST(ImageReader, ReadsLongAttributesAndWhatHasBytesBehindItsEnd) {
   write_with_library(folder / "a.exr", spec);
   EXPECT_EQ(read_numbers(folder / "a.exr"), pixels());
   write_with_library(folder / "a.png", spec_at(0, 0, OIIO::TypeDesc::UINT8));
-  const std::vector<float> plain = read_numbers(folder / "a.png");
+  const auto bytes_of_png = [&] {
+    ImageReader reader(folder / "a.png");
+    std::vector<std::byte> bytes(reader.shape(0).num_bytes());
+    reader.read_rows(0, 0, reader.shape(0).height, bytes);
+    return bytes;
+  };
+  const std::vector<std::byte> plain = bytes_of_png();
   write_bytes(folder / "a.png", read_bytes(folder / "a.png") + big(0x56776569) + "tEXt");
-  EXPECT_EQ(read_numbers(folder / "a.png"), plain);
+  EXPECT_EQ(bytes_of_png(), plain);
 }
 
 // What the image library reads past its buffers for.
