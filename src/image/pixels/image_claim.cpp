@@ -51,16 +51,15 @@ class Bytes {
   std::ifstream& file_;
 };
 
-// Parts of a file that say how long they are: of no image are there more, and to look at so many takes seconds.
+// Of chunks and attributes no image has more, and to look at so many takes seconds.
 constexpr int most_pieces = 1 << 20;
-std::string too_many(const std::string& what) { return fmt::format("{} more than {} of them", what, most_pieces); }
 
 // The library takes as much memory for a chunk of text or of colours as it is said to have bytes, and fills it.
 std::string unreadable_png(Bytes& bytes) {
   const std::int64_t size = bytes.size();
   std::int64_t at = 8;
   for (int k = 0; at + 8 <= size; ++k) {
-    if (k == most_pieces) return too_many("a PNG of chunks,");
+    if (k == most_pieces) return fmt::format("a PNG of more than {} chunks", most_pieces);
     const std::string head = bytes.text(at, 8);
     const auto length = static_cast<std::int64_t>(big_endian(head.substr(0, 4)));
     const std::string type = head.substr(4);
@@ -192,7 +191,7 @@ ImageClaim exr_claim(Bytes& bytes) {
   bool is_first_part = true;
   for (int k = 0;; ++k) {
     if (k == most_pieces) {
-      claim.unreadable = too_many("an OpenEXR file of attributes,");
+      claim.unreadable = fmt::format("an OpenEXR file of more than {} attributes", most_pieces);
       break;
     }
     const std::string head = bytes.text(at, 2 * longest_name + 4);
