@@ -27,16 +27,13 @@ double relative_error(const Extents& extents, const FilterSpec& filter, const La
   double sum = mean * overlap.weight_zero();
   for (const SliceTaps& taps : overlap.slices()) {
     for (const PlaneTap& tap : taps.taps) {
-      std::vector<std::int64_t> column;  // of the other pixel
-      for (std::int64_t x = 0; x < width; ++x) column.push_back((x + tap.dx + width) % width);
       double distance = 0;
       for (const SliceIndex slice : first_indices<SliceIndex>(extents.num_slices())) {
         const auto& here = places[static_cast<std::size_t>(slice)];
         const auto& there = places[static_cast<std::size_t>(extents.slice_at(slice, taps.offset))];
         for (std::int64_t y = 0; y < height; ++y) {
-          const std::int64_t row = (y + tap.dy + height) % height * width;
           for (std::int64_t x = 0; x < width; ++x) {
-            const std::int64_t other = row + column[static_cast<std::size_t>(x)];
+            const std::int64_t other = (y + tap.dy + height) % height * width + (x + tap.dx + width) % width;
             distance += std::abs(static_cast<double>(here[static_cast<std::size_t>(y * width + x)]) -
                                  static_cast<double>(there[static_cast<std::size_t>(other)]));
           }

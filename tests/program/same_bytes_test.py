@@ -73,7 +73,7 @@ class SameBytes(ProgramTest):
             with self.subTest(name):
                 config = self.write(name.replace(" ", "-") + ".toml", text)
                 expected = self.checksum(config, "--threads", 1)
-                # The tests of folders have each method on two ranks, three and five; "tiles" has fewer slices than three.
+                # The tests of folders have each method on two ranks, three and five; "tiles" has two slices for three ranks.
                 divisions = [(3, 2)]
                 if THOROUGH or name == "product":
                     divisions = [(1, 2), (2, 1), (3, 2), (5, 1)]

@@ -47,7 +47,30 @@ class SwapTerm {
   V b_[C];
 };
 
-// The same of more channels than there is a SwapTerm for, one after another.
+// For a < b: |a - s| - |b - s| = 2 clamp(s, a, b) - a - b, and a + b cancels between the centres.
+template <>
+class SwapTerm<DistanceKind::absolute, ValueKernelKind::distance, 1> {
+ public:
+  using Cost = PairCost<DistanceKind::absolute, ValueKernelKind::distance, 1>;
+  static constexpr int most_channels = 1;
+  static constexpr int channels(const Cost& /*pair_cost*/) { return 1; }
+
+  SwapTerm(const Cost& /*pair_cost*/, const float (&a)[1], const float (&b)[1])
+      : low_(set(a[0] < b[0] ? a[0] : b[0])), high_(set(a[0] < b[0] ? b[0] : a[0])), scale_(a[0] < b[0] ? 2 : -2) {}
+  template <class Samples>
+  HWY_INLINE V term(const Samples& at_i, const Samples& at_j) const {
+    return hn::Sub(hn::Min(hn::Max(at_i(0), low_), high_), hn::Min(hn::Max(at_j(0), low_), high_));
+  }
+  HWY_INLINE float scaled(float sum) const { return scale_ * sum; }
+  HWY_INLINE float unit() const { return 1 / scale_; }
+
+ private:
+  V low_;
+  V high_;
+  float scale_;
+};
+
+// SwapTerm for any number of channels, which are added one after another.
 template <DistanceKind kind, ValueKernelKind value_kind>
 class ChannelwiseSwapTerm {
  public:
@@ -78,29 +101,6 @@ class ChannelwiseSwapTerm {
   const Cost& pair_cost_;
   const float (&a_)[most_channels];
   const float (&b_)[most_channels];
-};
-
-// For a < b: |a - s| - |b - s| = 2 clamp(s, a, b) - a - b, and a + b cancels between the centres.
-template <>
-class SwapTerm<DistanceKind::absolute, ValueKernelKind::distance, 1> {
- public:
-  using Cost = PairCost<DistanceKind::absolute, ValueKernelKind::distance, 1>;
-  static constexpr int most_channels = 1;
-  static constexpr int channels(const Cost& /*pair_cost*/) { return 1; }
-
-  SwapTerm(const Cost& /*pair_cost*/, const float (&a)[1], const float (&b)[1])
-      : low_(set(a[0] < b[0] ? a[0] : b[0])), high_(set(a[0] < b[0] ? b[0] : a[0])), scale_(a[0] < b[0] ? 2 : -2) {}
-  template <class Samples>
-  HWY_INLINE V term(const Samples& at_i, const Samples& at_j) const {
-    return hn::Sub(hn::Min(hn::Max(at_i(0), low_), high_), hn::Min(hn::Max(at_j(0), low_), high_));
-  }
-  HWY_INLINE float scaled(float sum) const { return scale_ * sum; }
-  HWY_INLINE float unit() const { return 1 / scale_; }
-
- private:
-  V low_;
-  V high_;
-  float scale_;
 };
 
 }  // namespace noiseloom::HWY_NAMESPACE
